@@ -23,6 +23,7 @@ StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
   if (is_good(source, stamp_ns, others)) return take_good(source, stamp_ns);
 
   const bool continued = is_sensor && !s.continued && continues(source, stamp_ns);
+  s.keeps_pace = is_sensor && keeps_pace(source, stamp_ns);
   if (is_sensor && (held_ >> source & 1u)) reject(source);
   const int64_t step = difference_ns(stamp_ns, s.suspect_ns);
   if (s.suspects == 0 || step <= 0 || step > max_gap_ns_) s.suspects = s.late = 0;
@@ -86,9 +87,27 @@ bool ClockWatch::is_good(int32_t source, int64_t stamp_ns, const Others& others)
 // Whether a sensor's stamp continues the earlier ones: its last good stamp, or the first held one after that.
 bool ClockWatch::continues(int32_t source, int64_t stamp_ns) const noexcept {
   const Source& s = sources_[source];
-  const int64_t interval_ns = std::clamp(s.interval_ns, period_ns_, 4 * period_ns_);
   const int64_t last_ns = (held_ >> source & 1u) && s.continued ? s.suspect_ns : s.good_ns;
-  return s.any && difference_ns(stamp_ns, last_ns) <= tolerance_ns_ + interval_ns;
+  return s.any && difference_ns(stamp_ns, last_ns) <= tolerance_ns_ + interval_of(s);
+}
+
+// Whether a sensor's stamp is as far from its last good one as the others' stamps since then, which are counted. True
+// when nothing is known: before its first good stamp, and after a silence.
+bool ClockWatch::keeps_pace(int32_t source, int64_t stamp_ns) const noexcept {
+  const Source& s = sources_[source];
+  if (!s.any) return true;
+  int64_t time_ns = interval_of(s);
+  for (int32_t i = 0; i < kMaxSensors; ++i) {
+    if (i == source || !sources_[i].any) continue;
+    const int32_t since = heard_[i][source].since;
+    if (since > kMaxRatio && s.suspects == 0) return true;
+    time_ns = std::max(time_ns, since * interval_of(sources_[i]));
+  }
+  return difference_ns(stamp_ns, s.good_ns) <= tolerance_ns_ + time_ns;
+}
+
+int64_t ClockWatch::interval_of(const Source& source) const noexcept {
+  return std::clamp(source.interval_ns, period_ns_, 4 * period_ns_);
 }
 
 // During the first two rounds, while only one of several sensors has a good stamp.
@@ -98,8 +117,7 @@ bool ClockWatch::starts() const noexcept {
 }
 
 bool ClockWatch::agrees(const Source& other, int64_t stamp_ns) const noexcept {
-  const int64_t interval_ns = std::clamp(other.interval_ns, period_ns_, 4 * period_ns_);
-  return other.suspects > 0 && distance_ns(other.suspect_ns, stamp_ns) <= tolerance_ns_ + interval_ns;
+  return other.suspects > 0 && distance_ns(other.suspect_ns, stamp_ns) <= tolerance_ns_ + interval_of(other);
 }
 
 bool ClockWatch::majority_says(int32_t source, int64_t stamp_ns, const Others& others) const noexcept {
@@ -120,6 +138,7 @@ bool ClockWatch::has_quorum(int32_t source) const noexcept {
 }
 
 StampVerdict ClockWatch::take_good(int32_t source, int64_t stamp_ns) noexcept {
+  const bool after_gap = !continues(source, stamp_ns);
   note_good(source, stamp_ns);
   if (source == kExternal) return StampVerdict::kGood;
   if (held_ >> source & 1u) {  // its own held stamp is accepted if older than the new one, else rejected
@@ -129,7 +148,7 @@ StampVerdict ClockWatch::take_good(int32_t source, int64_t stamp_ns) noexcept {
       reject(source);
     }
   }
-  look_at_held();
+  look_at_held(after_gap);
   return StampVerdict::kGood;
 }
 
@@ -180,14 +199,16 @@ void ClockWatch::reject_held() noexcept {
     if (held_ >> i & 1u) reject(i);
 }
 
-// After a good stamp: accepts held stamps near to it, and rejects held stamps that it contradicts.
-void ClockWatch::look_at_held() noexcept {
+// After a good stamp: accepts held stamps near to it, and rejects held stamps that it contradicts. A clock that stepped
+// ahead by two periods comes near with each stamp of the others, too.
+void ClockWatch::look_at_held(bool after_gap) noexcept {
   for (int32_t i = 0; i < kMaxSensors; ++i) {
     if (!(held_ >> i & 1u)) continue;
     const Others others = look_at_others(i);
     if (others.good == 0) continue;
     const int64_t stamp_ns = sources_[i].suspect_ns;
-    if (difference_ns(stamp_ns, others.newest_ns) <= near_ns_ && difference_ns(stamp_ns, newest_ns_) >= -kLateNs) {
+    const int64_t most_ns = after_gap || sources_[i].keeps_pace ? near_ns_ : tolerance_ns_;
+    if (difference_ns(stamp_ns, others.newest_ns) <= most_ns && difference_ns(stamp_ns, newest_ns_) >= -kLateNs) {
       accept(i);
       i = -1;  // accepting this one may bring others near
     } else if (difference_ns(others.newest_ns, sources_[i].base_ns) > near_ns_) {

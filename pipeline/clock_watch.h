@@ -16,7 +16,9 @@
 // instead of using their values, which may be wrong. A time from ovt_advance 3.5 periods after A's newest stamp ends
 // A's evidence, too. Outcome of a held stamp:
 //
-//   the other sensors come near it                            good: it was early
+//   the other sensors come to it (frame tolerance)            good
+//   they come near it, after a gap of their own; or its       good: it was early
+//   sensor kept pace with the stamps that they delivered
 //   more sensors report such a stamp than deliver good ones   good: a common gap, nothing is lost
 //   no other sensor is good any more                          good
 //   the others advance without it, or its own sensor          rejected
@@ -116,6 +118,7 @@ class ClockWatch {
     int32_t late = 0;         // suspects classified kLate
     int64_t suspect_ns = 0;   // the last suspect stamp
     bool continued = false;   // the last suspect continues the earlier stamps
+    bool keeps_pace = false;  // the last suspect is no further from its last good stamp than the others came since then
     int64_t base_ns = 0;      // newest stamp of the others when this one was held
     int32_t named = 0;        // good stamps until the source is no longer a suspect
     // Since its last good stamp: it had a suspect one, when the newest good stamp of the others was others_ns, and they
@@ -138,6 +141,8 @@ class ClockWatch {
   bool majority_says(int32_t source, int64_t stamp_ns, const Others& others) const noexcept;
   bool agrees(const Source& other, int64_t stamp_ns) const noexcept;
   bool continues(int32_t source, int64_t stamp_ns) const noexcept;
+  bool keeps_pace(int32_t source, int64_t stamp_ns) const noexcept;
+  int64_t interval_of(const Source& source) const noexcept;
   bool starts() const noexcept;
   bool is_good(int32_t source, int64_t stamp_ns, const Others& others) const noexcept;
   StampVerdict take_good(int32_t source, int64_t stamp_ns) noexcept;
@@ -145,7 +150,7 @@ class ClockWatch {
   void note_good(int32_t source, int64_t stamp_ns) noexcept;
   void accept(int32_t source) noexcept;
   void reject(int32_t source) noexcept;
-  void look_at_held() noexcept;
+  void look_at_held(bool after_gap) noexcept;
 
   int32_t sensor_count_;
   int64_t period_ns_, tolerance_ns_, near_ns_, max_gap_ns_;

@@ -169,7 +169,7 @@ void Detector::run_intake() {
   } catch (...) {
     state = kFailed;
   }
-  start_state_.store(state, std::memory_order_release);
+  start_state_.store(state, std::memory_order_seq_cst);  // before notify_all looks for sleepers, on any CPU
   start_state_.notify_all();
   if (state == kFailed) return;
   for (;;) {

@@ -177,6 +177,7 @@ class Detector {
   };
   Stamp last_external_;
   int64_t scan_limit_ns_ = 0;
+  int64_t longest_step_ns_ = 0;  // of a sensor's stamps; a longer one is a gap, or a jump of its clock
   // A sensor's scan in pieces. Its owner is the sensor's producer, in a call; or, while no such call runs, another
   // thread, which closes a scan that was not ended.
   struct Stream {

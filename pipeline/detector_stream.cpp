@@ -15,8 +15,6 @@ namespace {
 
 // A piece of an older stamp is late up to this age; an even older one means that the sensor's clock went back.
 constexpr int64_t kReorder_ns = 1'000'000'000;
-// A sensor's stamps advance by less in one step; a larger step is a gap or a jump of its clock.
-constexpr int64_t kLongestStep_ns = 1'000'000'000;
 
 PointFields fields_of(const ovt_points& points) noexcept {
   const auto as_field = [](const ovt_column& c) {
@@ -228,7 +226,8 @@ void Detector::close_open_scans(IsOver&& is_over) {
     if (stream.owner.load(std::memory_order_relaxed) != open || !is_over(stream)) continue;
     if (!stream.owner.compare_exchange_strong(open, Stream::kCloser, std::memory_order_acq_rel)) continue;
     if (is_over(stream)) close_scan(stream, s, false, -1);
-    stream.owner.store(stream.is_open ? Stream::kFreeOpen : Stream::kFree, std::memory_order_release);
+    // seq_cst: the store must come before notify_all looks for sleepers, on any CPU.
+    stream.owner.store(stream.is_open ? Stream::kFreeOpen : Stream::kFree, std::memory_order_seq_cst);
     stream.owner.notify_all();
   }
 }
@@ -238,9 +237,9 @@ void Detector::note_stamp(int32_t sensor, int64_t stamp_ns) {
   Stream& stream = streams_[sensor];
   const Stamp last = stream.last_noted;
   const int64_t step_ns = last.any ? difference_ns(stamp_ns, last.last_ns) : 0;
-  if (step_ns < 0 && step_ns >= -kLongestStep_ns) return;  // a late scan
+  if (step_ns < 0 && step_ns >= -longest_step_ns_) return;  // a late scan
   stream.last_noted = {true, stamp_ns};
-  if (step_ns <= 0 || step_ns > kLongestStep_ns) return;
+  if (step_ns <= 0 || step_ns > longest_step_ns_) return;  // a gap, or a jump of its clock
   const int64_t clock_ns = stream.clock_ns.load(std::memory_order_relaxed) + step_ns;
   stream.clock_ns.store(clock_ns, std::memory_order_relaxed);
   if (scan_limit_ns_ == 0) return;

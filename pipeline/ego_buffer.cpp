@@ -150,8 +150,8 @@ ovt_status EgoBuffer::push(const EgoPose& pose) noexcept {
     }
     drop_waiting();
     older_ = 0;
+    first_.store(n, std::memory_order_relaxed);  // who sees the new count sees this, too
     append(pose, true);
-    first_.store(n, std::memory_order_release);
     return OVT_OK;
   }
   older_ = 0;

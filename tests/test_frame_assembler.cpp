@@ -6,6 +6,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -561,6 +563,60 @@ TEST_CASE("frame_assembler: a clock that is known to be wrong is not believed in
         CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
         CHECK((bench.last().mask & 5u) == 5u);
       }
+}
+
+TEST_CASE("frame_assembler: a clock that steps ahead by little more than allowed does not divide the others' frames") {
+  for (const int64_t ahead_ms : {78, 90, 100, 110, 125, 150}) {
+    std::array<int32_t, 3> order = {0, 1, 2};
+    do {
+      CAPTURE(ahead_ms);
+      CAPTURE(order);
+      Bench bench;
+      int32_t refused = 0;
+      for (int64_t k = 0; k < 60; ++k)
+        for (const int32_t s : order) {
+          const bool is_wrong = s == 1 && k >= 20;
+          const IntakeResult result = bench.scan(s, 50 * k + (is_wrong ? ahead_ms : 0));
+          CHECK((is_wrong || result == IntakeResult::kUsed));
+          refused += is_wrong && result != IntakeResult::kUsed;
+        }
+      bench.assembler.flush();
+      const auto together = std::count_if(bench.runner.closed.begin(), bench.runner.closed.end(),
+                                          [](const Closed& frame) { return (frame.mask & 5u) == 5u; });
+      CHECK(together == 60);
+      CHECK(refused == 40);
+      CHECK(bench.assembler.take_settled().used == 0);
+    } while (std::next_permutation(order.begin(), order.end()));
+  }
+}
+
+TEST_CASE("frame_assembler: a sensor that is faster than the others by over a period loses nothing after a gap") {
+  struct Arrival {
+    int64_t ms;
+    int32_t sensor;
+    int64_t stamp_ms;
+  };
+  for (const int64_t faster_ms : {30, 60, 90})
+    for (const int64_t lost : {1, 2, 7, 60}) {
+      CAPTURE(faster_ms);
+      CAPTURE(lost);
+      std::vector<Arrival> arrivals;
+      for (int64_t k = 0; k < 200; ++k)
+        for (const int32_t s : {0, 1, 2}) {
+          if (s == 1 && k >= 40 && k < 40 + lost) continue;
+          arrivals.push_back({50 * k + (s == 1 ? 0 : faster_ms + s), s, 50 * k + s});
+        }
+      std::sort(arrivals.begin(), arrivals.end(), [](const Arrival& a, const Arrival& b) { return a.ms < b.ms; });
+      Bench bench;
+      int64_t used = 0;
+      for (const Arrival& a : arrivals) used += bench.scan(a.sensor, a.stamp_ms) == IntakeResult::kUsed;
+      bench.assembler.flush();
+      const auto settled = bench.assembler.take_settled();
+      used += settled.used;
+      // The flush refuses what is still held.
+      CHECK(int64_t(arrivals.size()) - used == settled.late);
+      CHECK(settled.late <= 1);
+    }
 }
 
 TEST_CASE("frame_assembler: stamps at both ends of int64 work") {

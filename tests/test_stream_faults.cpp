@@ -147,6 +147,20 @@ TEST_CASE("stream: a scan that starts before the last one ended closes it as inc
   }
 }
 
+TEST_CASE("stream: the stamps of a slow sensor close a scan that does not end, too") {
+  Thin bench({});
+  bench.params.frame_period_s = 2;
+  bench.create();
+  ovt_points dead = bench.points(0, 1), other = bench.points(0, 0);
+  dead.stamp_ns = 1000 * kMs;
+  REQUIRE(bench.push_piece(dead, {0, 2500}) == OVT_OK);
+  for (int64_t k = 0; k < 5; ++k) {
+    other.stamp_ns = 1000 * kMs + k * 2000 * kMs;
+    REQUIRE(ovt_push_scan(bench.detector, &other) == OVT_OK);
+    CHECK(bench.stats().scans_unended == (k >= 3));  // frame.scan_limit: 3 periods
+  }
+}
+
 TEST_CASE("stream: a clock that went back over a second opens a new scan") {
   OneSensor bench;
   bench.create();
