@@ -20,7 +20,7 @@ import sys
 
 FAULTS = ["frame_id", "vehicle_frame", "unordered", "duplicate", "millimetres", "empty_sensor", "missing_sensor",
           "mounting_height", "mounting_pitch", "gap", "time_unit", "nan", "ego_degrees", "ego_missing", "ego_clock",
-          "short_cloud", "swapped", "period", "float_lines", "shuffled", "cdr_cut", "bad_row"]
+          "short_cloud", "swapped", "period", "float_lines", "shuffled", "cdr_cut", "bad_row", "ego_nan"]
 YAW = {"front": 0.0, "left": math.radians(120), "right": math.radians(-120)}
 PLACE = {"front": (2.342, 0.0, 0.646), "left": (1.549, 0.267, 0.741), "right": (1.549, -0.267, 0.741)}
 
@@ -178,16 +178,17 @@ def cloud_messages(folder, layout, vehicle, fault):
 def ego_messages(path, vehicle, fault):
     lines = open(path).read().split()
     names = lines[0].split(",")
-    for line in lines[1:]:
+    for count, line in enumerate(lines[1:]):
         row = dict(zip(names, line.split(",")))
         stamp_ns = int(row["stamp_ns"])
         roll, pitch, yaw = (float(row.get(n, 0)) for n in ("roll_rad", "pitch_rad", "yaw_rad"))
         if fault == "ego_degrees":
             yaw = math.degrees(yaw)
+        yaw_rate = math.nan if fault == "ego_nan" and count == 3 else float(row.get("yaw_rate_rps", 0))
         stored = stamp_ns + (40 * 10**9 if fault == "ego_clock" else 0)
         yield stamp_ns, vehicle + "/local_odometry", odometry_message(
             stored, float(row["x_m"]), float(row["y_m"]), float(row.get("z_m", 0)), roll, pitch, yaw,
-            float(row["speed_mps"]), float(row.get("yaw_rate_rps", 0)))
+            float(row["speed_mps"]), yaw_rate)
 
 
 def main():

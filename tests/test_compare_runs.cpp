@@ -116,6 +116,22 @@ TEST_CASE("compare: a track is one run's alone if the other has none near it in 
   CHECK(json["matched_detections"]["distance_m"]["median"].is_null());
 }
 
+TEST_CASE("compare: tracks of a frame are compared, whose stamp differs where a scan is missing") {
+  const TempFolder folder;
+  folder.write("a/detections.csv", kDetections), folder.write("b/detections.csv", kDetections);
+  std::string a = kTracks, b = kTracks;
+  for (int64_t k = 2; k < 6; ++k) {
+    a += track(k, 1, "confirmed", 10, 0, 50);
+    std::string other = track(k, 1, "confirmed", 10, 0, 50);
+    if (k % 2 == 0) other.replace(0, stamp(k).size(), std::to_string(std::stoll(stamp(k)) - 17'000'000));
+    b += other;
+  }
+  folder.write("a/tracks.csv", a), folder.write("b/tracks.csv", b);
+  const RunComparison c = compare_runs(read_run(folder.path("a")), read_run(folder.path("b")));
+  CHECK(c.track_distance_m.count == 4);
+  CHECK(c.a.lone_rows + c.b.lone_rows == 0);
+}
+
 TEST_CASE("compare: bad input is named with file and line, and runs of two recordings are refused") {
   const TempFolder folder;
   const auto read = [&] { return error_of([&] { read_run(folder.path("a")); }); };

@@ -91,6 +91,7 @@ nan|WRONG  sensor 'front': 67 % of its points are NaN
 ego_degrees|WRONG  ego: its yaw does not fit its motion
 ego_missing|note   ego: there are no ego poses: tracks will be in the vehicle frame
 ego_clock|WRONG  ego: its poses \(40.00 to 40.[0-9]+ s\) and the scans of sensor 'front' .* are of different times
+ego_nan|WRONG  ego: message [0-9]+ has a value that is not finite: this pose is not used
 short_cloud|WRONG  sensor 'front': 1 of 7 scans cannot be read; the first: message [0-9]+: declares [0-9]+ points
 swapped|WRONG  sensor 'left': its clouds are in frame 'luminar_right', the rig expects 'luminar_left'
 period|WRONG  sensor 'front': its scans come every 0.1000 s, the rig says 0.0500 s
@@ -120,5 +121,10 @@ head -c $(($(stat -c %s ring.db3) * 2 / 3)) ring.db3 >cut.db3
 code=$?
 ((code == 3 || code == 1)) && grep -q 'SQLite says' stderr.txt || fail "a cut db3: exit code $code, $(cat stderr.txt)"
 [[ $(wc -l <cut/timing.csv) -gt 1 ]] || fail "a cut db3 gives no frame"
+
+# ---- a pose that is no number is left out, and named
+"$overtake" run faults/ego_nan.db3 --rig racecar --out ego_nan >stdout.txt 2>stderr.txt || fail "run with a NaN pose: $(cat stderr.txt)"
+grep -q '^note: 1 ego pose with a value that is not finite or out of bounds: not used; the first has stamp [0-9]*$' stdout.txt ||
+  fail "run does not name the NaN pose: $(cat stdout.txt)"
 
 passed "all recording checks passed"

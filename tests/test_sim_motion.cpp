@@ -194,5 +194,23 @@ TEST_CASE("sim: a wrong scenario file is refused with file and line") {
   CHECK(refused(car + "[sensors]\npattern = \"spiral\"\n").find("race.toml:4: sensors: no scan pattern is named") == 0);
   CHECK(refused(car + "[sensors]\nfov_top_deg = 1\nfov_bottom_deg = 2\n").find("must be above") != std::string::npos);
   CHECK(refused(car + "[[smoke]]\ncar = \"x\"\nfrom_s = 1\nto_s = 2\n").find("race.toml:4: ") == 0);
+  CHECK(refused("[[car]]\nname = 'e\"go'\n").find("race.toml:2: ") == 0);
+  CHECK(refused(car + "[[car]]\nname = \"b\"\n[[overtake]]\npasser = \"egoo\"\npasser_kmh = 250\n"
+                      "passed_kmh = 200\nside = \"left\"\n")
+            .find("race.toml:6: overtake: no car is named 'egoo'") == 0);
   CHECK_THROWS_AS(load_scenario("no_such_race"), io::Error);
+}
+
+TEST_CASE("sim: an overtake's passer is the car of that name, in any order of the cars and with any name of the ego") {
+  for (const bool ego_first : {true, false})
+    for (const bool ego_passes : {true, false}) {
+      const std::string hero = "[[car]]\nname = \"hero\"\n", other = "[[car]]\nname = \"other\"\n";
+      const Scenario scenario =
+          parse_scenario("race.toml", "ego = \"hero\"\n" + (ego_first ? hero + other : other + hero) +
+                                          "[[overtake]]\npasser = \"" + (ego_passes ? "hero" : "other") +
+                                          "\"\npasser_kmh = 250\npassed_kmh = 150\nside = \"left\"\n");
+      const CarPlan& ego = scenario.cars[std::size_t(scenario.find_car("hero"))];
+      const CarPlan& rival = scenario.cars[std::size_t(scenario.find_car("other"))];
+      CHECK((ego.start_speed_mps > rival.start_speed_mps) == ego_passes);
+    }
 }

@@ -122,7 +122,9 @@ void examine_bag(const Config& config, Doctor& doctor, std::vector<Finding>& fin
     }
     if (message.topic != roles.ego || !own_ego) continue;
     try {
-      doctor.add_ego(io::ego_of_odometry(io::decode_odometry(message.data)));
+      const io::EgoRow row = io::ego_of_odometry(io::decode_odometry(message.data));
+      if (!io::is_finite(row)) throw std::runtime_error("has a value that is not finite: this pose is not used");
+      doctor.add_ego(row);
     } catch (const std::runtime_error& error) {
       if (bad_poses++ == 0)
         findings.push_back({true, "ego", place + " " + error.what(), "check the recording of this topic"});

@@ -84,6 +84,13 @@ void check_same_recording(const RunTables& a, const RunTables& b) {
       throw io::Error(b.folder, 0, "is of another recording than " + a.folder + ": their frames have other stamps");
 }
 
+// The stamp depends on the scans of the frame, of which one run may have fewer. The earlier one of both.
+int64_t stamp_of(int64_t frame, const RunTables& a, const RunTables& b) {
+  const auto of_a = a.stamp_of_frame.find(frame), of_b = b.stamp_of_frame.find(frame);
+  if (of_b == b.stamp_of_frame.end()) return of_a->second;
+  return of_a == a.stamp_of_frame.end() ? of_b->second : std::min(of_a->second, of_b->second);
+}
+
 struct Life {
   LoneTrack track;
   int64_t last_ns = 0, first_ns = 0;
@@ -118,7 +125,7 @@ void count(const RunTables& run, RunCounts& out) {
   std::set<uint64_t> ids;
   for (const auto& [frame, rows] : run.detections) out.detections += int64_t(rows.size());
   out.frames_with_detections = int64_t(run.detections.size());
-  for (const auto& [stamp, rows] : run.tracks)
+  for (const auto& [frame, rows] : run.tracks)
     for (const RunTables::Track& t : rows) ids.insert(t.id);
   out.tracks = int64_t(ids.size());
 }
@@ -151,7 +158,7 @@ RunTables read_run(const std::string& folder) {
     for (std::size_t i = 0; i < csv->row_count(); ++i) {
       const std::string_view word = csv->text(i, state);
       if (word != "confirmed" && word != "tentative") csv->fail(i, state, "is neither confirmed nor tentative");
-      out.tracks[csv->integer(i, stamp)].push_back(
+      out.tracks[csv->integer(i, frame)].push_back(
           {uint64_t(csv->integer(i, id)), word == "confirmed", csv->number(i, x), csv->number(i, y),
            number_or_unknown(*csv, i, speed), number_or_unknown(*csv, i, ahead), number_or_unknown(*csv, i, left)});
       out.stamp_of_frame.try_emplace(csv->integer(i, frame), csv->integer(i, stamp));
@@ -177,19 +184,21 @@ RunComparison compare_runs(const RunTables& a, const RunTables& b) {
   }
   out.detection_distance_m = metrics::summarize(distance), out.detection_turn_rad = metrics::summarize(turn);
 
-  const std::set<int64_t> stamps = keys_of(a.tracks, b.tracks);
+  const std::set<int64_t> frames = keys_of(a.tracks, b.tracks);
+  const int64_t begin_ns = frames.empty() ? 0 : stamp_of(*frames.begin(), a, b);
   std::vector<double> apart, faster;
   Lives lives_a, lives_b;
-  for (const int64_t stamp : stamps) {
-    const auto of_a = confirmed_of(rows_at(a.tracks, stamp)), of_b = confirmed_of(rows_at(b.tracks, stamp));
+  for (const int64_t frame : frames) {
+    const int64_t stamp_ns = stamp_of(frame, a, b);
+    const auto of_a = confirmed_of(rows_at(a.tracks, frame)), of_b = confirmed_of(rows_at(b.tracks, frame));
     std::vector<bool> matched_a(of_a.size(), false), matched_b(of_b.size(), false);
     for (const Pair& p : match(of_a, of_b)) {
       matched_a[p.a] = matched_b[p.b] = true;
       apart.push_back(p.distance_m);
       faster.push_back(std::fabs(of_a[p.a].speed_mps - of_b[p.b].speed_mps));
     }
-    for (std::size_t i = 0; i < of_a.size(); ++i) live(lives_a, of_a[i], stamp, *stamps.begin(), matched_a[i]);
-    for (std::size_t i = 0; i < of_b.size(); ++i) live(lives_b, of_b[i], stamp, *stamps.begin(), matched_b[i]);
+    for (std::size_t i = 0; i < of_a.size(); ++i) live(lives_a, of_a[i], stamp_ns, begin_ns, matched_a[i]);
+    for (std::size_t i = 0; i < of_b.size(); ++i) live(lives_b, of_b[i], stamp_ns, begin_ns, matched_b[i]);
   }
   out.track_distance_m = metrics::summarize(apart), out.track_speed_mps = metrics::summarize(faster);
   finish(lives_a, out.a), finish(lives_b, out.b);

@@ -26,7 +26,7 @@ struct RunTables {
   };
   std::string folder;
   std::map<int64_t, std::vector<Detection>> detections;  // by frame
-  std::map<int64_t, std::vector<Track>> tracks;          // by stamp
+  std::map<int64_t, std::vector<Track>> tracks;          // by frame
   std::map<int64_t, int64_t> stamp_of_frame;             // of the frames with a detection or a track
 };
 // Reads detections.csv and tracks.csv. Throws io::Error with file and line.
@@ -37,7 +37,7 @@ RunTables read_run(const std::string& folder);
 struct LoneTrack {
   uint64_t id = 0;
   int64_t frames = 0, matched = 0;
-  double from_s = 0, duration_s = 0;  // from_s: after the first stamp of both runs
+  double from_s = 0, duration_s = 0;  // from_s: after the first frame with a track
   double x_m = 0, y_m = 0, ahead_m = 0, left_m = 0;
   double s_m = 0, d_m = 0;  // on the map; NaN: none was given
 };
@@ -53,7 +53,7 @@ struct RunComparison {
   // Sizes of the differences of the matched ones.
   metrics::Summary detection_distance_m, detection_turn_rad, track_distance_m, track_speed_mps;
 };
-// Matches at the same frame (detections) or stamp (tracks), nearest pairs first. Throws io::Error if the runs are of
+// Matches in the same frame, nearest pairs first. Throws io::Error if the runs are of
 // different recordings.
 RunComparison compare_runs(const RunTables& a, const RunTables& b);
 // Fills s_m and d_m. Throws io::Error.

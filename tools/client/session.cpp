@@ -8,6 +8,7 @@
 #include "tools/client/pieces.h"
 #include "tools/io/angles.h"
 #include "tools/io/error.h"
+#include "tools/io/text.h"
 
 namespace overtake::cli {
 namespace {
@@ -150,9 +151,18 @@ void Session::push_ego_until(int64_t stamp_ns) {
     const io::EgoRow& row = ego_[next_ego_++];
     const ovt_ego_pose pose = to_pose(row);
     const ovt_status pushed = ovt_push_ego_pose(detector_, &pose);
-    // Pushes the recording's poses in their recorded order; the library counts those that it rejects.
-    if (pushed != OVT_DUPLICATE && pushed != OVT_LATE) check(pushed, "ego pose " + std::to_string(row.stamp_ns));
+    // Pushes the recording's poses in their recorded order; the library counts those whose stamps it rejects.
+    if (pushed == OVT_BAD_ARGUMENT && bad_poses_++ == 0) first_bad_pose_ns_ = row.stamp_ns;
+    if (pushed != OVT_DUPLICATE && pushed != OVT_LATE && pushed != OVT_BAD_ARGUMENT)
+      check(pushed, "ego pose " + std::to_string(row.stamp_ns));
   }
+}
+
+std::string Session::bad_poses() const {
+  if (bad_poses_ == 0) return "";
+  return io::counted(bad_poses_, "ego pose") +
+         " with a value that is not finite or out of bounds: not used; the first " + "has stamp " +
+         std::to_string(first_bad_pose_ns_);
 }
 
 void Session::push(const io::FrameScans& frame) {

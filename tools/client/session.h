@@ -41,6 +41,7 @@ class Session {
   int64_t ego_last_ns() const { return ego_.empty() ? 0 : ego_.back().stamp_ns; }
   // Pushes the ego poses up to the first one at or after the stamp.
   void push_ego_until(int64_t stamp_ns);
+  std::string bad_poses() const;  // a sentence about poses that the library cannot use; "" if there are none
   // Pushes the poses that the frame's points need, then its scans. A scan that the library reports as late or as a
   // duplicate is not an error: the library counts it.
   void push(const io::FrameScans& frame);
@@ -70,6 +71,7 @@ class Session {
   Overflow overflows_[3] = {{"clusters"}, {"candidates"}, {"tracks"}};
   std::vector<io::EgoRow> ego_;
   std::size_t next_ego_ = 0;
+  int64_t bad_poses_ = 0, first_bad_pose_ns_ = 0;
   ovt_detector* detector_ = nullptr;
   const io::Rig rig_;
 };

@@ -35,6 +35,7 @@ OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std:
   while (bag->next(message)) {
     if (message.topic != roles.ego && message.topic != roles.opponent) continue;
     const io::EgoRow row = io::ego_of_odometry(io::decode_odometry(message.data));
+    if (!io::is_finite(row)) continue;
     (message.topic == roles.ego ? ego_ : opponent_).add(row);
     if (message.topic == roles.ego && (poses_.empty() || poses_.back().row.stamp_ns < row.stamp_ns))
       poses_.push_back({row, row.stamp_ns});

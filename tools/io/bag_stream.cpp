@@ -196,7 +196,7 @@ bool BagStream::read_message() {
       ++ego_rows_;
       last_ego_ns_ = std::max(last_ego_ns_, row.stamp_ns);
       ego_new_.push_back(row);
-      remember(ego_, row);
+      if (is_finite(row)) remember(ego_, row);
     }
     read_truth(message);
   } catch (const Error&) {
@@ -211,7 +211,10 @@ bool BagStream::read_message() {
 void BagStream::read_truth(const BagMessage& message) {
   try {
     if (message.topic == roles_.cars) cars_.add(message.data);
-    if (message.topic == roles_.opponent) remember(opponent_, ego_of_odometry(decode_odometry(message.data)));
+    if (message.topic != roles_.opponent) return;
+    const EgoRow row = ego_of_odometry(decode_odometry(message.data));
+    if (!is_finite(row)) throw std::runtime_error("a value of the pose is not finite");
+    remember(opponent_, row);
   } catch (const std::runtime_error& error) {
     if (odd_truths_++ > 0) return;
     first_odd_truth_ = "message " + std::to_string(message.number) + " on " +

@@ -7,6 +7,7 @@
 // or yaw rate follows from the neighbouring poses.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -17,6 +18,11 @@ struct EgoRow {
   int64_t stamp_ns = 0;
   double x_m = 0, y_m = 0, z_m = 0, roll_rad = 0, pitch_rad = 0, yaw_rad = 0, speed_mps = 0, yaw_rate_rps = 0;
 };
+
+inline bool is_finite(const EgoRow& row) {
+  return std::isfinite(row.x_m + row.y_m + row.z_m + row.roll_rad + row.pitch_rad + row.yaw_rad + row.speed_mps +
+                       row.yaw_rate_rps);
+}
 
 // Rows with growing stamps. Throws Error with file, line and column.
 std::vector<EgoRow> read_ego_file(const std::string& path);

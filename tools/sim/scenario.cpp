@@ -98,6 +98,8 @@ void read_localisation(LocalisationErrors& e, TomlReader& toml) {
 CarPlan read_car(TomlReader& toml) {
   CarPlan car;
   car.name = toml.text("name");
+  if (car.name.empty() || car.name.find_first_of("\"\\,\n\t") != std::string::npos)
+    toml.fail(toml.line_of("name"), "a name is not empty and holds no quotes, backslashes, commas or new lines");
   toml.name_it("car '" + car.name + "'");
   car.start_s_m = toml.number_or("start_s_m", -1e5, 1e5, 0);
   car.start_d_m = toml.number_or("start_d_m", -30, 30, 0);
@@ -187,9 +189,12 @@ Reflectors read_reflectors(TomlReader& toml) {
 void read_overtakes(Scenario& scenario, TomlReader& toml) {
   std::vector<Overtake> list;
   for (const toml::table* table : toml.tables("overtake")) {
+    if (scenario.cars.size() != 2) toml.fail(toml.line_of("overtake"), "overtakes need two cars, ego and another");
     TomlReader reader(toml.path(), *table, "overtake");
     Overtake o;
-    o.ego_passes = reader.text("passer") == "ego";
+    const std::string passer = reader.text("passer");
+    if (scenario.find_car(passer) < 0) reader.fail(reader.line_of("passer"), "no car is named '" + passer + "'");
+    o.ego_passes = passer == scenario.ego;
     o.passer_mps = kmh(reader.number("passer_kmh", 50, kMostSpeed_kmh));
     o.passed_mps = kmh(reader.number("passed_kmh", 50, kMostSpeed_kmh));
     const std::string side = reader.text("side");
@@ -203,8 +208,8 @@ void read_overtakes(Scenario& scenario, TomlReader& toml) {
     list.push_back(o);
   }
   if (list.empty()) return;
-  if (scenario.cars.size() != 2) toml.fail(toml.line_of("overtake"), "overtakes need two cars, ego and another");
-  plan_overtakes(list, scenario.cars[0], scenario.cars[1], scenario.seconds);
+  const std::size_t ego = std::size_t(scenario.find_car(scenario.ego));
+  plan_overtakes(list, scenario.cars[ego], scenario.cars[1 - ego], scenario.seconds);
 }
 
 const BuiltinScenario* find_builtin(const std::string& name) {
