@@ -590,6 +590,27 @@ TEST_CASE("frame_assembler: a clock that steps ahead by little more than allowed
   }
 }
 
+TEST_CASE("frame_assembler: after a gap of all sensors a sensor of another phase loses nothing, in any order") {
+  for (const int64_t phase_ms : {10, 40, 49})
+    for (const int64_t gap_ms : {100, 300, 900}) {
+      std::array<int32_t, 3> order = {0, 1, 2};
+      do {
+        CAPTURE(phase_ms);
+        CAPTURE(gap_ms);
+        CAPTURE(order);
+        Bench bench;
+        int64_t used = 0;
+        for (int64_t k = 0; k < 40; ++k)
+          for (const int32_t s : order) {
+            const int64_t ms = 50 * k + (k >= 20 ? gap_ms : 0) + (s == 1 ? phase_ms : 0);
+            used += bench.scan(s, ms) == IntakeResult::kUsed;
+          }
+        bench.assembler.flush();
+        CHECK(used + bench.assembler.take_settled().used == 120);
+      } while (std::next_permutation(order.begin(), order.end()));
+    }
+}
+
 TEST_CASE("frame_assembler: a sensor that is faster than the others by over a period loses nothing after a gap") {
   struct Arrival {
     int64_t ms;
