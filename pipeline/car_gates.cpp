@@ -19,10 +19,12 @@ bool fits(const CarLimits& limits, const OrientedBox& box) {
 
 // A car that spins stands at any angle to the circuit. Step of 5 deg: at the nearest heading a car of 4.9 x 1.9 m is
 // wider by 0.2 m at most, which is less than the slack of the width.
-bool fits_across(const CarLimits& limits, const Frame& frame, int32_t row) {
+bool fits_across(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr int32_t kStep = 5;
+  const CarLimits& limits = context.detect.gate_cars.limits;
   for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
-    const OrientedBox box = measure_box(frame, row, kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
+    const float c = kHeadingGrid.degree_cos[degree], s = kHeadingGrid.degree_sin[degree];
+    const OrientedBox box = trim_smoke(context, frame, row, c, s, measure_box(frame, row, c, s));
     if (fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1})) return true;
   }
   return false;
@@ -75,8 +77,8 @@ bool is_car_sized(const StageContext& context, const Frame& frame, int32_t row) 
   const CarGateParams& params = context.detect.gate_cars;
   if (!frame.places.known[row] || merged.max_z_m[row] - merged.min_z_m[row] > params.limits.height_m) return false;
   const bool along = fits(params.limits, box_of(frame.places, row));
-  if (!along && (merged.point_count[row] < context.detect.fit_rectangle.min_var_points ||
-                 !fits_across(params.limits, frame, row)))
+  if (!along &&
+      (merged.point_count[row] < context.detect.fit_rectangle.min_var_points || !fits_across(context, frame, row)))
     return false;
   const ClusterHeights heights = measure_heights(frame, row);  // a wall's top, a beam or a wire is no car
   // The running ground ends where the road fades: farther away its height errs more.

@@ -22,6 +22,9 @@ std::string field(const char* array, int32_t index, const char* name) {
   return std::string(array) + "[" + std::to_string(index) + "]." + name;
 }
 
+// Of a sensor's z axis, upwards in the vehicle frame: rows are ordered and ground is searched from below.
+constexpr float kLeastUp = 0.1f;
+
 // The error message for the first wrong field of a sensor's def, or null.
 const char* find_bad_sensor_field(const ovt_sensor_def& def) {
   for (double v : {def.x_m, def.y_m, def.z_m})
@@ -157,6 +160,9 @@ ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params
     model.layer_first = in.layer_first;
     model.layer_last = in.layer_last;
     model.T_vehicle_sensor = make_transform(in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad);
+    if (!(model.T_vehicle_sensor.r[8] > kLeastUp))
+      return bad(
+          field("sensors", s, "roll_rad and pitch_rad turn its z axis down; an inverted sensor: turn its points"));
     model.mounting_yaw_rad = float(wrap_angle(in.yaw_rad));
     context_.segment[s] = make_segment_params(params, model);
     point_capacity_[s] = in.point_capacity;

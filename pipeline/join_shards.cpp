@@ -68,7 +68,8 @@ class Joiner {
  private:
   // Lists the rows that may be joined, so without walls: in `order` by falling number of points, in `next` by min_x.
   void list_shards() {
-    const float bound_m = max_of(params_.bound_m, float(find_outside(context_, frame_)));
+    const float given_m = params_.bound_m;  // below 0: neither the circuit nor its apron
+    const float bound_m = given_m < 0.0f ? given_m : max_of(given_m, float(find_outside(context_, frame_)));
     const CarLimits& limits = params_.limits;
     const float longest_side_m = kSqrt2 * max_of(limits.length_m, limits.width_m) + kRounding_m;
     count_ = 0;

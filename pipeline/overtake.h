@@ -236,7 +236,8 @@ enum { OVT_MAX_SENSORS = 8 };
 
 typedef struct ovt_sensor_def {
   size_t struct_size;
-  double x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad;        /* T_vehicle_sensor */
+  double x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad;        /* T_vehicle_sensor; z must point up (an inverted
+                                                                sensor: turn its points by half a turn about x) */
   int32_t rows, cols;                /* image size; any, default 32 x 857 */
   double azimuth_left_rad, azimuth_right_rad;                /* left and right edge of the image, default +-60 deg */
   int32_t wraps;                     /* non-zero: the columns cover a full turn from azimuth_left on */

@@ -71,7 +71,8 @@ bool PixelView::may_be_hidden(const PixelBox& box, float range_m) const noexcept
 
 GroundBeside PixelView::find_ground(const PixelBox& box) const noexcept {
   constexpr int32_t kColumns = 3, kRows = 3;
-  const int32_t last_row = std::min(box.row_high + kRows, part_.kept.images.pixel_point.rows - 1);
+  const int32_t last_row = std::min(box.row_high + kRows, part_.row_count - 1);
+  if (box.row_high >= last_row) return {};
   const auto look = [&](int32_t col, int32_t step, bool& most, bool& none) {
     if (!sensor_.wraps && (col + kColumns * step < 0 || col + kColumns * step >= sensor_.cols)) return;
     int32_t found = 0;

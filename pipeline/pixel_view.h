@@ -54,7 +54,8 @@ class PixelView {
   float find_row_pitch(const PixelBox& box) const noexcept;
   // Whether something nearer, or the edge of the image, may hide more of the object on the left or on the right.
   bool may_be_hidden(const PixelBox& box, float range_m) const noexcept;
-  // Ground is what returns in the rows next below the box. Beyond the edge of the image nothing is known.
+  // Ground is what returns in the rows next below the box. Beyond the edge of the image, and below the
+  // lowest row, nothing is known.
   GroundBeside find_ground(const PixelBox& box) const noexcept;
   // Whether a pixel beside that of the point, in its row, lies on one surface with it.
   bool is_on_surface(int32_t point) const noexcept;

@@ -410,6 +410,17 @@ TEST_CASE("car gates: smoke at the end of a car makes it no longer") {
   CHECK(kept(21, 1.0f, 0.05f) == 0);         // most of it is dark: not a car with smoke
 }
 
+TEST_CASE("car gates: smoke at the end of a car that stands across makes it no longer") {
+  const auto kept = [](float plate, bool with_smoke = true) {
+    std::vector<Solid> solids = {{25, 0, 90, 4.9, 1.9, 0.1, 1.1, 1}, {25, 3.95, 0, 0.5, 0.05, 0.3, 0.5, 1, plate}};
+    if (with_smoke) solids.push_back(kSmoke);
+    return keep_seen(solids);
+  };
+  CHECK(kept(0.05f) == 1);
+  CHECK(kept(1.0f) == 0);
+  CHECK(kept(0.05f, false) == 0);
+}
+
 TEST_CASE("car gates: rows that hit one height are on the ground") {
   CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.29, 0.3}}) == 0);
   CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.1, 0.6}}) == 1);

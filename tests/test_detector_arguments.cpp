@@ -498,6 +498,8 @@ TEST_CASE("detector: every bad def gets its status and a sentence that names the
       {[](Small& s) { s.sensor.struct_size = 0; }, OVT_BAD_VERSION, "sensors[0]"},
       {[](Small& s) { s.sensor.x_m = std::nan(""); }, OVT_BAD_ARGUMENT, "sensors[0].x_m"},
       {[](Small& s) { s.sensor.yaw_rad = 8; }, OVT_BAD_ARGUMENT, "yaw_rad"},
+      {[](Small& s) { s.sensor.roll_rad = 3.14; }, OVT_BAD_ARGUMENT, "sensors[0].roll_rad and pitch_rad"},
+      {[](Small& s) { s.sensor.pitch_rad = -1.6; }, OVT_BAD_ARGUMENT, "sensors[0].roll_rad and pitch_rad"},
       {[](Small& s) { s.sensor.rows = 0; }, OVT_BAD_ARGUMENT, "rows"},
       {[](Small& s) { s.sensor.cols = 16385; }, OVT_BAD_ARGUMENT, "cols"},
       {[](Small& s) { s.sensor.azimuth_left_rad = -2; }, OVT_BAD_ARGUMENT, "azimuth"},

@@ -199,6 +199,19 @@ TEST_CASE("join_shards: a seed wider than a car stands across the circuit, and i
   check_tables(bench);
 }
 
+TEST_CASE("join_shards: with a negative bound nothing is joined on the circuit or on its apron") {
+  for (const double y : {5.0, 7.0})
+    for (const float bound_m : {0.0f, -100.0f}) {
+      RulesBench bench;
+      bench.context.detect.join_shards.bound_m = bound_m;
+      const double middle = y + 0.5 * double(kWidth);
+      bench.look(
+          {{22, middle, 0, 1.0, double(kWidth), 0.1, 0.9, 1}, {25.2, middle, 0, 1.0, double(kWidth), 0.1, 1.2, 2}});
+      join(bench);
+      CHECK(bench.frame.merged.count == (bound_m < 0.0f ? 2 : 1));
+    }
+}
+
 TEST_CASE("join_shards: without a map the axes are those of the vehicle") {
   RulesBench bench(false);
   bench.add(corners(20, 21, 30, 31, 0.2f, 0.9f));

@@ -102,6 +102,7 @@ TEST_CASE("pose by view: a near car whose sides the own shadow cuts off is marke
   CHECK(is_marked(18, true));
   CHECK_FALSE(is_marked(18, false));
   CHECK_FALSE(is_marked(34, true));
+  CHECK_FALSE(is_marked(7, false));  // down to the lowest row: what is below is not known
 }
 
 TEST_CASE("pose by view: a strip of a car behind, which some rows hit, is marked, but not fewer rows, and not smoke") {

@@ -95,6 +95,7 @@ class RulesBench {
       part.present = true;
       part.stamp_ns = frame.stamp_ns;
       part.scan.count = 0;
+      part.row_count = kRows;
       part.reason_count[int32_t(Reason::kSmoke)] = 0;
       Plane<int32_t>& image = part.kept.images.pixel_point;
       for (int32_t r = 0; r < image.rows; ++r)
