@@ -1,6 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/params.h"
+#include "pipeline/clock_watch.h"
 
 #include <algorithm>
 #include <charconv>
@@ -199,6 +200,9 @@ TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capaci
   out.birth_sigma_phi = params.tracker_birth_sigma_course_rad;
   out.birth_sigma_omega = params.tracker_birth_sigma_yaw_rate;
   out.birth_speed_share = params.tracker_birth_speed_share;
+  // Pushed detections may be ahead of the scans by this much, and a scan that is late by 0.5 s is used all the same.
+  out.lead_s = params.frame_tolerance_s + params.frame_period_s;
+  out.history_s = double(kLateNs) * 1e-9 + out.lead_s;
   out.gate_d2 = params.tracker_gate_d2;
   out.gate_m = params.tracker_gate_m;
   out.window = params.tracker_window;

@@ -186,6 +186,21 @@ TEST_CASE("heading filter: single wrong walls are not used; a lasting change is,
   CHECK(error_deg(filter, truth, 31, 0) < 0.15);
 }
 
+TEST_CASE(
+    "heading filter: a sensor whose mounting changes is learned anew, also while the others agree with the model") {
+  Truth truth;
+  HeadingFilter filter(params(), kSensors);
+  for (const Frame& f : frames_of(truth, 20)) add(filter, f);
+  truth.constant_rad[1] += 1 * kDeg;
+  for (const Frame& f : frames_of(truth, 12, 0.05, 20.05)) {
+    add(filter, f);
+    CHECK(error_deg(filter, truth, 20.05, 0) < 0.15);
+  }
+  CHECK(error_deg(filter, truth, 33, 1) < 0.15);
+  CHECK(error_deg(filter, truth, 33, 0) < 0.1);
+  CHECK(error_deg(filter, truth, 33, 2) < 0.1);
+}
+
 TEST_CASE("heading filter: frames of one second count as one, however many they are") {
   const Truth truth;
   HeadingFilterParams independent = params();

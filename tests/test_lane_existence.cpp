@@ -427,6 +427,30 @@ TEST_CASE("lane existence: misses end what is in view; what another car hides, o
   CHECK(lasts_s(40, true) < 4.5);   // and no longer than coast_s
 }
 
+TEST_CASE(
+    "lane existence: a car where no sensor looks has no miss, and is lost after coast_s or when its place is "
+    "uncertain") {
+  const auto lasts_s = [](double coast_s, double coast_sigma_m) {
+    TrackerParams params = LaneBench::of_best();
+    params.lane.coast_s = coast_s, params.lane.coast_sigma_m = coast_sigma_m;
+    LaneBench bench(nullptr, params);
+    bench.follow(40);
+    const double score = bench.state().score;
+    bench.input.sector_count = 0;
+    int32_t k = 40;
+    for (; k < 200 && (k == 40 || bench.is_confirmed()); ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      bench.step(k, {});
+      if (bench.is_confirmed()) CHECK(bench.state().score == score);
+    }
+    CHECK(bench.rows.count == 1);  // it keeps its id until it is silent
+    return (k - 40) * kFrame_s;
+  };
+  CHECK(lasts_s(4, 1e3) == doctest::Approx(4).epsilon(0.03));
+  CHECK(lasts_s(2, 1e3) == doctest::Approx(2).epsilon(0.06));
+  CHECK(lasts_s(4, 1) < 3);
+}
+
 TEST_CASE("lane existence: without a map, a distant car that is not seen is lost as soon as its place is uncertain") {
   const auto coasts_s = [](double coast_sigma_m) {
     TrackerParams params = LaneBench::of_best();

@@ -197,6 +197,26 @@ TEST_CASE("lane identity: two tracks that turn out to be one car become the elde
   CHECK(c.measurements == c.hits + c.births);
 }
 
+TEST_CASE("lane identity: a lost car that comes back beside a new one does not take the new one's track") {
+  LaneBench bench;
+  const TrackId elder = bench.follow(40);
+  int32_t k = 40;
+  for (; bench.confirmed() > 0; ++k) {  // misses where it should be seen
+    bench.ego_at(50 * kFrame_s * k - 30);
+    bench.step(k, {});
+  }
+  TrackId other = kNobody;
+  for (int32_t end = k + 20; k < end; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    const auto& ids = bench.step(k, {seen_car(50 * kFrame_s * k, 0, k), seen_car(50 * kFrame_s * k, 2.5, k)});
+    CHECK(ids[0] == elder);
+    if (other == kNobody) other = ids[1];
+    CHECK(ids[1] == other);
+  }
+  CHECK(bench.confirmed() == 2);
+  CHECK(bench.tracker->counts().joined == 0);
+}
+
 TEST_CASE("lane identity: a car that passes another one closely keeps its track") {
   // Beside a standing car, nearer than two parts of one car may be. At 2 m/s they may be parts.
   const auto least_confirmed = [](double speed_mps) {

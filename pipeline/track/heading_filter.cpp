@@ -83,6 +83,16 @@ void HeadingFilter::open(State& state) const noexcept {
   for (int32_t i = kCommon; i < kSize; ++i)
     for (int32_t k = kCommon; k < kSize; ++k) state.p[i][k] = common + (i == k ? own : 0.0);
   state.contradicted = 0;
+  std::fill(std::begin(state.contradicted_by), std::end(state.contradicted_by), 0);
+}
+
+// The mounting of one sensor changed, while others agree with the model.
+void HeadingFilter::open_constant(State& state, int32_t sensor) const noexcept {
+  const int32_t at = kCommon + sensor;
+  for (int32_t i = 0; i < kSize; ++i) state.p[at][i] = state.p[i][at] = 0.0;
+  state.p[at][at] =
+      params_.constant_sigma_rad * params_.constant_sigma_rad + params_.mounting_sigma_rad * params_.mounting_sigma_rad;
+  state.contradicted_by[sensor] = 0;
 }
 
 HeadingFilter::State HeadingFilter::first_state() const noexcept {
@@ -118,10 +128,14 @@ void HeadingFilter::step(State& state, const Entry& entry) const noexcept {
     if (!wall.valid) continue;
     double innovation;
     if (measure(state, entry.cause, s, wall, innovation) > kGate) {
-      if (++state.contradicted >= kContradictions) open(state);
+      ++state.contradicted_by[s];
+      if (++state.contradicted >= kContradictions)
+        open(state);
+      else if (state.contradicted_by[s] >= kContradictions)
+        open_constant(state, s);
       continue;
     }
-    state.contradicted = 0;
+    state.contradicted = state.contradicted_by[s] = 0;
     double h[kSize] = {entry.cause.accel_mps2, entry.cause.curvature_per_m}, ph[kSize], hph = 0;
     h[kCommon + s] = 1.0;
     for (int32_t i = 0; i < n; ++i) {

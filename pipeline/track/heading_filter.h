@@ -51,10 +51,11 @@ class HeadingFilter {
   static constexpr int32_t kMean = -1, kNoConstant = -2;  // instead of a sensor
 
   struct State {
-    double x[kSize];         // slip, lever, constants
-    double p[kSize][kSize];  // covariance
-    int64_t stamp_ns;        // of the last walls; INT64_MIN: none
-    int32_t contradicted;    // walls in a row that contradicted the model
+    double x[kSize];                       // slip, lever, constants
+    double p[kSize][kSize];                // covariance
+    int64_t stamp_ns;                      // of the last walls; INT64_MIN: none
+    int32_t contradicted;                  // walls in a row that contradicted the model
+    int32_t contradicted_by[kMaxSensors];  // those of a sensor
 
     // Of one sensor, or kMean, or (the offset) kNoConstant.
     double offset_rad(const HeadingCause& cause, int32_t sensor, int32_t sensor_count) const noexcept;
@@ -89,6 +90,7 @@ class HeadingFilter {
   };
   State first_state() const noexcept;
   void open(State& state) const noexcept;
+  void open_constant(State& state, int32_t sensor) const noexcept;
   void step(State& state, const Entry& entry) const noexcept;
   // Square of the innovation over the state's variance plus kGateNoise times the walls'; > kGate: contradicts.
   double measure(const State& state, const HeadingCause& cause, int32_t sensor, const WallHeading& wall,

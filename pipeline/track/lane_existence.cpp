@@ -237,6 +237,25 @@ bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
   return range_m_[slot] * cosine < kPassing_m && std::fabs(range_m_[slot] * sine) > kBesideRoad_m;
 }
 
+// A confirmed track is lost in the end: without a hit for too long, or when its place is too uncertain.
+bool LanePolicy::has_coasted(const State& s, double most_m) const noexcept {
+  const auto& p = s.estimate.covariance;
+  return s.unseen_s > lane_.coast_s || !(p[0][0] + p[1][1] <= most_m * most_m);
+}
+
+void LanePolicy::lose(State& s) const noexcept {
+  s.stage = LaneStage::kLost;
+  s.score = std::min(s.score, 0.0);
+}
+
+// No sensor looks where the car is: no miss.
+void LanePolicy::leave_view(State& s) const noexcept {
+  s.visibility = Visibility::kOutside;
+  s.is_new = 0;
+  follow_map_use(s);
+  if (s.stage == LaneStage::kConfirmed && has_coasted(s, lane_.coast_sigma_m)) lose(s);
+}
+
 // The features tell new cars from other objects. A known car may show very little of itself, so a hit of a track that
 // was confirmed always speaks for it.
 bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
@@ -261,14 +280,9 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
       return s.is_new != 0 || (s.score > lane_.drop_score - 0.5 * lane_.most_score &&
                                std::countr_zero(s.history) <= lane_.tentative_misses);
     case LaneStage::kConfirmed: {
-      const auto& p = s.estimate.covariance;
       const bool is_free = !s.asks_map && s.visibility == Visibility::kMissed;
       const double most_m = is_free ? std::min(lane_.coast_sigma_m, kFreeCoast_m) : lane_.coast_sigma_m;
-      const bool is_certain = p[0][0] + p[1][1] <= most_m * most_m;
-      if (!(s.score > lane_.drop_score) || s.unseen_s > lane_.coast_s || !is_certain) {
-        s.stage = LaneStage::kLost;
-        s.score = std::min(s.score, 0.0);
-      }
+      if (!(s.score > lane_.drop_score) || has_coasted(s, most_m)) lose(s);
       return true;
     }
     case LaneStage::kLost:

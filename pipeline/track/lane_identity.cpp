@@ -122,8 +122,8 @@ bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t
   if (o.stage == LaneStage::kTentative && s.stage != LaneStage::kTentative) return false;
   distance_m = 0.0;
   if (o.stage != LaneStage::kTentative && took_over(s, slot, o, other)) return true;
-  if (o.stage == LaneStage::kTentative || (o.stage == LaneStage::kConfirmed && o.unseen_s <= kRecent_s)) {
-    const bool are_confirmed = s.stage == LaneStage::kConfirmed;  // the elder is, too
+  if (o.stage == LaneStage::kTentative || o.unseen_s <= kRecent_s) {
+    const bool are_confirmed = s.stage == LaneStage::kConfirmed;  // the elder is, too, or was
     return is_same_place(o, place_[other], place_[slot], are_confirmed ? kSameConfirmed : kSameTentative) &&
            !(are_confirmed && pass_each_other(s, o));
   }
@@ -163,6 +163,7 @@ bool LanePolicy::join(State& s, const State& younger, bool younger_is_newer) con
   }
   if (younger_is_newer) s.visibility = younger.visibility;
   s.class_votes = limit_votes(elder.class_votes + younger.class_votes);
+  if (is_confirmed(younger) && !is_confirmed(elder)) s.score = std::max(elder.score, younger.score);
   if (is_confirmed(elder) || is_confirmed(younger)) s.stage = LaneStage::kConfirmed;
   s.is_new = 0;
   return takes_over;

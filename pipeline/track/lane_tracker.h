@@ -64,11 +64,7 @@ class LanePolicy {
   bool is_confirmed(const State& s) const noexcept { return s.stage == LaneStage::kConfirmed; }
   State publishable(const State& s, bool) const noexcept { return s; }
   void write(const State& s, TrackTable& t, std::size_t i) const noexcept;
-  void leave_view(State& s) const noexcept {
-    s.visibility = Visibility::kOutside;
-    s.is_new = 0;
-    follow_map_use(s);
-  }
+  void leave_view(State& s) const noexcept;
   void write_optional(const State& s, OptionalTrackTable& t, std::size_t i) const noexcept;
   void write_paths(std::span<const State> states, PathTable& t) const noexcept;
 
@@ -122,6 +118,8 @@ class LanePolicy {
   void score_hit(int32_t slot, State& s, const Measurement& z, const Innovation* innovation) noexcept;
   void begin_existence(State& s, const Measurement& z) const noexcept;
   bool was_passed(int32_t slot, const State& s) const noexcept;
+  bool has_coasted(const State& s, double most_m) const noexcept;
+  void lose(State& s) const noexcept;
   static int64_t limit_votes(int64_t votes) noexcept;
 
   // lane_identity.cpp

@@ -88,7 +88,9 @@ void TrackStage::correct_heading(Frame& frame) noexcept {
   corrected_.at(frame.stamp_ns, turning);
   cause_ = cause_of(turning.pose);
   if (frame.kind == FrameKind::kScans && !frame.failed) heading_->add(frame.stamp_ns, cause_, frame.walls);
-  learned_ = heading_->at(frame.stamp_ns);
+  // The same walls in any order of arrival: a scan may be late by more against detections that were ahead.
+  const int64_t lead_ns = frame.kind == FrameKind::kExternal ? int64_t(params_.lead_s * 1e9 + 0.5) : 0;
+  learned_ = heading_->at(later_ns(frame.stamp_ns, -lead_ns));
   for (int32_t i = 0; i < corrected_.count; ++i) {
     EgoPose& pose = corrected_.poses[i];
     pose.yaw_rad = wrap_angle(pose.yaw_rad + learned_.offset_rad(cause_of(pose), HeadingFilter::kNoConstant, sensors));

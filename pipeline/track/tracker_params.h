@@ -44,6 +44,7 @@ struct TrackerParams {
   double predict_step_s = 0.05;                          // a longer prediction is split into steps
   double horizon_s = 3.0, horizon_step_s = 0.1;
   double heading_speed_mps = 3.0;   // in the map the course of a confirmed track this fast tells front from rear
+  double lead_s = 0;                // pushed detections may be ahead of scans by this much
   double history_s = 0.5;           // a frame at most this much older than the newest is inserted,
   int32_t history_iterations = 32;  // at most this many iterations back (1..256)
   int32_t track_capacity = 256, detection_capacity = 256;
