@@ -13,6 +13,7 @@
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
+#include "tools/evaluation/simulated_log.h"
 #include "tools/io/error.h"
 
 using namespace overtake;
@@ -155,6 +156,47 @@ TEST_CASE("runs: folder names have no colon, and older results with a colon are 
   fs::rename(now, options.out + "/runs/paper+other");
   CHECK(error_of([&] { read_runs(options.out); }) ==
         options.out + "/runs/paper+other/race: is of variant 'paper:relay', its folder has another name");
+}
+
+TEST_CASE("log_stem: a folder has one name, however its path is written; a path without a name is refused") {
+  CHECK(log_stem("logs/race.mcap") == "race");
+  for (const char* path :
+       {"logs/bag", "logs/bag/", "logs/bag//", "logs/bag/.", "./logs/../logs/bag/", "bag/first/.."}) {
+    CAPTURE(path);
+    CHECK(log_stem(path) == "bag");
+    CHECK(log_file_name(path) == "bag");
+  }
+  CHECK(log_stem(".") == std::filesystem::current_path().stem().string());
+  for (const char* path : {"", "/", "/logs/..", "...", "..mcap"})
+    CHECK_MESSAGE(error_of([&] { log_stem(path); }).find("has no name") != std::string::npos, path);
+}
+
+TEST_CASE("runs: a recording whose path ends in a slash has the folder of its name, and other runs stay") {
+  namespace fs = std::filesystem;
+  const TempFolder folder;
+  fs::create_directories(folder.path("bag"));
+  simulate_race(folder.path("race.mcap"), 0.3, 1);
+  fs::copy_file(folder.path("race.mcap"), folder.path("bag/bag_0.mcap"));
+  SimulatedLog log(folder.path("race.mcap"));
+  RunOptions options;
+  options.rig = folder.write("rig.toml", io::format_rig(log.rig()));
+  options.presets = {"paper"};
+  options.out = folder.path("out");
+  options.only_figures = options.quiet = true;
+  options.logs = {folder.path("race.mcap")};
+  REQUIRE(run_logs(options));
+  options.logs = {folder.path("bag") + "/"};
+  REQUIRE(run_logs(options));
+  const std::vector<Run> runs = read_runs(options.out);
+  REQUIRE(runs.size() == 2);
+  CHECK(runs[0].log == "bag");
+  CHECK(runs[0].about.at("scenario") == "bag");
+  CHECK(runs[0].about.at("recording") == "bag");
+  CHECK(runs[1].log == "race");
+  CHECK(!fs::exists(options.out + "/runs/paper/about.json"));
+
+  options.logs = {folder.path("bag"), folder.path("bag") + "/"};
+  CHECK(error_of([&] { run_logs(options); }).find("two logs have this name") != std::string::npos);
 }
 
 TEST_CASE("hash_input: depends on a file's first and last bytes, its size, a folder's files, and the options") {

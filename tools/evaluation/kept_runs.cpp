@@ -51,6 +51,17 @@ About portable(About about) {
   return about;
 }
 
+std::string log_file_name(const std::string& log) {
+  fs::path path = log.empty() ? fs::path() : fs::absolute(log).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();  // "bag/"
+  const std::string stem = path.stem().string();
+  if (stem.empty() || stem == "." || stem == "..")
+    throw io::Error(log, 0, "has no name, and results lie in a folder of the log's name");
+  return path.filename().string();
+}
+
+std::string log_stem(const std::string& log) { return fs::path(log_file_name(log)).stem().string(); }
+
 std::string hash_input(const std::string& log, const std::string& more) {
   if (!fs::exists(log)) throw io::Error(log, 0, "no such file");
   std::vector<fs::path> files = {log};

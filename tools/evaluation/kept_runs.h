@@ -30,6 +30,11 @@ void write_about(const std::string& folder, const About& about);
 // Without the keys that depend on files and machines.
 About portable(About about);
 
+// The name of a log's file or folder, also of a path that ends in a separator or is "." or "..". log_stem: without the
+// ending, the name of its results. Throws io::Error if there is none ("/"): the results would lie among those of other
+// logs.
+std::string log_file_name(const std::string& log);
+std::string log_stem(const std::string& log);
 // Hash of a log's size and its first and last 1 MiB, for a folder file by file. Hashing 8 GB would take too long, and a
 // log with another seed differs in its first scan. `more`: the options it is read with, as text. Throws io::Error if
 // the file is missing.

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/evaluation/odometry_log.h"
 
-#include <filesystem>
 #include <optional>
 
+#include "tools/evaluation/kept_runs.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
 #include "tools/io/map_file.h"
@@ -41,10 +41,10 @@ OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std:
       poses_.push_back({row, row.stamp_ns});
   }
   if (!map_file.empty()) map_text_ = read_map_text(map_file);
-  about_ = {{"scenario", std::filesystem::path(path).stem().string()},
+  about_ = {{"scenario", log_stem(path)},
             {"simulated", "false"},
             {"truth", "odometry of the two cars, smoothed"},
-            {"recording", std::filesystem::path(path).filename().string()}};
+            {"recording", log_file_name(path)}};
   stream_ = io::open_scans(path, rig);
 }
 

@@ -118,13 +118,13 @@ int64_t poses_kept() {
 // False: interrupted.
 bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names) {
   const PieceTimes piece(options.from_s, options.to_s, options.warm_up_s);
-  const std::string log_name = piece.name_of(fs::path(path).stem().string());
+  const std::string stem = log_stem(path), log_name = piece.name_of(stem);
   const std::string input = hash_input(path, text_of_input(options));
   std::map<std::string, About> wanted;
   std::vector<std::string> todo;
   for (const std::string& name : names) {
     wanted[name] = wanted_of(options, name, name == names[0], input);
-    piece.add_to(wanted[name], fs::path(path).stem().string());
+    piece.add_to(wanted[name], stem);
     const std::string why = why_not_kept(folder_of(options.out, name, log_name), wanted[name]);
     if (why.empty()) continue;
     todo.push_back(name);
@@ -296,7 +296,7 @@ bool run_logs(const RunOptions& options) {
   const std::vector<std::string> names = variants_to_run(options);
   std::set<std::string> stems;
   for (const std::string& log : options.logs)
-    if (!stems.insert(fs::path(log).stem().string()).second)
+    if (!stems.insert(log_stem(log)).second)
       throw io::Error(log, 0, "two logs have this name: their results would lie in one folder");
   cli::catch_interrupt();
   rename_folders(options.out);
