@@ -112,6 +112,24 @@ TEST_CASE("figures: probability by distance, false positives, ground and trackin
   CHECK(f.track_errors.at("speed_mps") == std::vector<double>(4, 1.0));
 }
 
+TEST_CASE("figures: no two windows of 20 s share an id, however long the log is") {
+  // Two windows with a track of another id for the same car: each window has a perfect association.
+  for (const double later_s : {20.0, 5100.0, 5120.0, 10240.0}) {
+    CAPTURE(later_s);
+    Run run{"paper", "log", {{"scenario", "hand"}, {"period_s", "0.05"}}, make_tables()};
+    for (int32_t k = 0; k < 20; ++k) {
+      const double frame = k < 10 ? k : 20 * later_s + k, time = 0.05 * frame;
+      run.tables["clusters"].add({frame, 7, 0, 0});
+      run.tables["cars"].add({frame, time, 1, 45, 0, 45, 0, 20, 2, 1, 1, 0, 1});
+      run.tables["tracks"].add({frame, time, k < 10 ? 5.0 : 6.0, 1, 1, 45, 45, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 0.05});
+    }
+    const std::vector<Figures> all = make_figures({run});
+    REQUIRE(all.size() == 1);
+    CHECK(all[0].tracks.hota.association == Approx(0.5));
+    CHECK(all[0].tracks.hota_window.association == Approx(1));
+  }
+}
+
 TEST_CASE("places: a heading returns from the map also on a banked track") {
   for (const double roll : {0.0, 0.35})
     for (const double heading : {-3.0, -0.4, 0.0, 0.3, 2.0}) {

@@ -29,6 +29,26 @@ int64_t count_doubles(const std::vector<metrics::MotPlace>& objects, const std::
   return doubles;
 }
 
+// Ids of a car or a track by window: each window has ids of its own. In the order of the windows, then of the ids.
+class WindowIds {
+ public:
+  explicit WindowIds(const std::map<double, MotFrame>& frames) {
+    for (const auto& [number, f] : frames)
+      for (const auto* places : {&f.objects, &f.tracks})
+        for (const metrics::MotPlace& p : *places) ids_[{window_of(f), p.id}];
+    uint64_t next = 0;
+    for (auto& [key, id] : ids_) id = next++;
+  }
+  std::vector<metrics::MotPlace> rename(const MotFrame& f, std::vector<metrics::MotPlace> places) const {
+    for (metrics::MotPlace& p : places) p.id = ids_.at({window_of(f), p.id});
+    return places;
+  }
+
+ private:
+  static int64_t window_of(const MotFrame& f) { return int64_t(std::floor(f.time_s / kWindowS)); }
+  std::map<std::pair<int64_t, uint64_t>, uint64_t> ids_;  // window, id
+};
+
 }  // namespace
 
 std::map<double, MotFrame> mot_frames(const Run& run) {
@@ -79,15 +99,11 @@ void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
     if (t_confirmed[i] > 0 && t_car[i] >= 0) samples.nees.push_back(nees[i]), samples.age.push_back(age[i]);
   metrics::ClearMot mot(kGateM);
   metrics::Hota hota(kGateM), hota_window(kGateM);
+  const WindowIds ids(frames);
   for (const auto& [number, f] : frames) {
     mot.add_frame(f.objects, f.tracks);
     hota.add_frame(f.objects, f.tracks);
-    const uint64_t sequence = uint64_t(std::floor(f.time_s / kWindowS)) << 56;
-    const auto window = [sequence](std::vector<metrics::MotPlace> places) {
-      for (metrics::MotPlace& p : places) p.id += sequence;
-      return places;
-    };
-    hota_window.add_frame(window(f.objects), window(f.tracks));
+    hota_window.add_frame(ids.rename(f, f.objects), ids.rename(f, f.tracks));
     const metrics::Gospa g = metrics::gospa(f.objects, f.tracks);
     samples.gospa.push_back(g.distance_m), samples.located.push_back(g.localisation);
     samples.missed.push_back(g.missed), samples.false_tracks.push_back(g.false_tracks);
