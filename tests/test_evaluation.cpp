@@ -70,6 +70,32 @@ TEST_CASE("table file: reading gives the written table, NaN included; an error n
   CHECK_THROWS_AS(table.add({1}), std::invalid_argument);
   io::write_whole_file(folder + "/bad.csv", "a,b\n1,2\n1,x\n");
   CHECK_THROWS_WITH_AS(read_table(folder + "/bad.csv"), doctest::Contains("bad.csv:3"), io::Error);
+  io::write_whole_file(folder + "/cut.csv", "a,b\n1,2\n1,-0.");
+  CHECK_THROWS_WITH_AS(read_table(folder + "/cut.csv"), doctest::Contains("cut.csv:3: the line has no end"), io::Error);
+  io::write_whole_file(folder + "/header.csv", "a,b");
+  CHECK_THROWS_WITH_AS(read_table(folder + "/header.csv"), doctest::Contains("header.csv:1: the line"), io::Error);
+}
+
+TEST_CASE("tables of a run: every file with every column is needed, the order of columns and further ones are not") {
+  const std::string folder = fresh_folder("tables");
+  write_tables(folder, make_tables());
+  CHECK(read_tables(folder).size() == make_tables().size());
+  for (const auto& [name, table] : make_tables()) {
+    CAPTURE(name);
+    const std::string path = folder + "/" + name + ".csv";
+    std::filesystem::remove(path);
+    CHECK_THROWS_WITH_AS(read_tables(folder), doctest::Contains((name + ".csv: no such file").c_str()), io::Error);
+    std::vector<std::string> columns = table.columns;
+    columns.back() = "other";
+    write_table(path, Table(columns));
+    CHECK_THROWS_WITH_AS(read_tables(folder),
+                         doctest::Contains((name + ".csv:1: has no column '" + table.columns.back() + "'").c_str()),
+                         io::Error);
+    columns.insert(columns.begin(), table.columns.back());
+    write_table(path, Table(columns));
+    CHECK(read_tables(folder).at(name).columns == columns);
+    write_table(path, table);
+  }
 }
 
 TEST_CASE("sweep: names each value, and refuses a bad one") {

@@ -14,6 +14,7 @@
 #include "tools/evaluation/detection_columns.h"
 #include "tools/evaluation/metrics/consistency.h"
 #include "tools/evaluation/numbers.h"
+#include "tools/io/error.h"
 #include "tools/sim/material.h"
 
 namespace overtake::evaluation {
@@ -78,7 +79,13 @@ Tables read_tables(const std::string& folder) {
   Tables tables = make_tables();
   for (auto& [name, table] : tables) {
     const std::string path = folder + "/" + name + ".csv";
-    if (std::filesystem::exists(path)) table = read_table(path);
+    if (!std::filesystem::exists(path))
+      throw io::Error(path, 0, "no such file: the run is incomplete, or of a build without this table");
+    Table found = read_table(path);
+    for (const std::string& column : table.columns)
+      if (std::find(found.columns.begin(), found.columns.end(), column) == found.columns.end())
+        throw io::Error(path, 1, "has no column '" + column + "'");
+    table = std::move(found);
   }
   return tables;
 }

@@ -78,6 +78,7 @@ struct CloudPoints {
 using Tables = std::map<std::string, Table>;
 Tables make_tables();
 void write_tables(const std::string& folder, const Tables& tables);
+// Throws io::Error for a missing file and for a missing column: an empty table would look like a run without findings.
 Tables read_tables(const std::string& folder);
 
 // Results of another source for a frame's detections and tracks (oracles of later stages); the columns outlive the

@@ -52,9 +52,10 @@ struct Run {
   Tables tables;
   std::string folder = {};  // the folder it was read from
 };
-// All complete runs, by name. Throws io::Error for a folder without runs, and for runs of two builds.
+// All finished runs (with about.json), by name. Throws io::Error for a folder without runs, for runs of two builds, and
+// for a run whose tables are not whole (read_tables).
 std::vector<Run> read_runs(const std::string& out);
-// Copies the complete runs of `from` that are missing in `out`. Throws io::Error for a folder without runs, and for two
+// Copies the finished runs of `from` that are missing in `out`. Throws io::Error for a folder without runs, and for two
 // different runs of one variant and log. Joins the pieces of a log (pieces.h).
 void merge_runs(const std::vector<std::string>& from, const std::string& out);
 // {"group.name=1", "group.name=1.5", ...}. Throws io::Error for an invalid range.

@@ -65,6 +65,8 @@ Table read_table(const std::string& path) {
     at = end + 1;
   }
   if (table.columns.empty()) throw io::Error(path, 1, "no header line");
+  // What is left of a number that was cut off is a number, too.
+  if (text.back() != '\n') throw io::Error(path, line_number, "the line has no end: the file was cut off");
   return table;
 }
 

@@ -25,6 +25,6 @@ struct Table {
 using Rows = std::vector<std::vector<std::string>>;  // a table of text for people; the first row is the header
 
 void write_table(const std::string& path, const Table& table);  // CSV. Throws io::Error
-Table read_table(const std::string& path);                      // Throws io::Error with file and line
+Table read_table(const std::string& path);  // Throws io::Error with file and line; also for a last line without an end
 
 }  // namespace overtake::evaluation
