@@ -4,6 +4,7 @@
 // Which frames a variant gets, and which runs are kept: a wrong report would show neither.
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -156,6 +157,50 @@ TEST_CASE("runs: folder names have no colon, and older results with a colon are 
   fs::rename(now, options.out + "/runs/paper+other");
   CHECK(error_of([&] { read_runs(options.out); }) ==
         options.out + "/runs/paper+other/race: is of variant 'paper:relay', its folder has another name");
+}
+
+TEST_CASE("merge: a run that is there must be equal, in about.json and in all tables but the times") {
+  namespace fs = std::filesystem;
+  const TempFolder folder;
+  const std::string run = folder.path("from") + "/runs/paper/race", out = folder.path("out");
+  fs::create_directories(run);
+  const auto write = [&](const char* name, double value, const About& about) {
+    Tables tables = make_tables();
+    for (const char* table : {"cars", "tracks", "times"}) {
+      std::vector<double> row(tables[table].columns.size(), NAN);
+      row[0] = name == std::string(table) ? value : 1;
+      tables[table].add(row);
+    }
+    write_tables(run, tables);
+    write_about(run, about);
+  };
+  const About about = {{"contestant", "paper"}, {"every", "10"}, {"cpu", "a"}, {"input", "b"}};
+  const auto merge = [&] { merge_runs({folder.path("from")}, out); };
+  write("cars", 1, about);
+  CHECK_NOTHROW(merge());
+  CHECK_NOTHROW(merge());
+  const std::string differs = run + ": differs from " + out + "/runs/paper/race in ";
+  write("tracks", 2, about);
+  CHECK(error_of(merge) == differs + "tracks.csv");
+  write("cars", 2, about);
+  CHECK(error_of(merge) == differs + "cars.csv");
+  for (const char* key : {"every", "extent"}) {  // another value, a further key
+    About other = about;
+    other[key] = "3";
+    write("cars", 1, other);
+    CHECK(error_of(merge) == differs + "'" + key + "' of about.json");
+  }
+  About elsewhere = about;
+  elsewhere["cpu"] = "c", elsewhere["input"] = "d";
+  write("times", 2, elsewhere);
+  CHECK_NOTHROW(merge());
+  CHECK(read_runs(out)[0].about.at("cpu") == "a");
+  CHECK(read_runs(out)[0].tables.at("times").at(0, 0) == 1);
+
+  // The same run twice in one call; the earlier one may wait to be committed.
+  write("cars", 1, about);
+  merge_runs({folder.path("from"), out}, folder.path("both"));
+  CHECK(read_runs(folder.path("both")).size() == 1);
 }
 
 TEST_CASE("log_stem: a folder has one name, however its path is written; a path without a name is refused") {

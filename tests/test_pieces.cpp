@@ -247,6 +247,28 @@ TEST_CASE("pieces: the nearest tracks at a cut are one track; farther ones end a
   }
 }
 
+TEST_CASE("pieces: a repeated merge keeps the joined run; another run of this log is an error") {
+  const TempFolder folder;
+  const auto write = [&](const Run& run) {
+    const std::string to = folder.path("parts") + "/runs/best/" + run.log;
+    std::filesystem::create_directories(to);
+    write_tables(to, run.tables);
+    write_about(to, run.about);
+  };
+  write(hand_made("0", "1", 0, 7, {{1, 7, 0, 0}}));
+  write(hand_made("1", "end", 2, 5, {{1, 5, 0.5, 0}}));
+  const std::string out = folder.path("out"), joined = out + "/runs/best/log";
+  const auto merge = [&] { merge_runs({folder.path("parts")}, out); };
+  merge();
+  const auto time = std::filesystem::last_write_time(joined + "/tracks.csv");
+  CHECK(error_of(merge) == "");
+  CHECK(std::filesystem::last_write_time(joined + "/tracks.csv") == time);
+  REQUIRE(read_runs(out).size() == 1);
+  CHECK(ids_of(read_runs(out)[0], "tracks") == std::vector<double>{7, 7, 7, 7});
+  write(hand_made("1", "end", 2, 5, {{1, 5, 50, 0}}));  // another track
+  CHECK(error_of(merge) == joined + ": differs in existence.csv from the pieces of best on log");
+}
+
 TEST_CASE("pieces: a missing, a doubled or a different piece is an error that names it") {
   const Run a = hand_made("0", "1", 0, 7, {}), b = hand_made("1", "2", 2, 7, {}), c = hand_made("2", "end", 4, 7, {});
   CHECK_NOTHROW(join_pieces({a, b, c}));

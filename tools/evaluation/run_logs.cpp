@@ -305,6 +305,22 @@ bool run_logs(const RunOptions& options) {
   return true;
 }
 
+namespace {
+
+// Throws io::Error.
+Run read_run(const fs::path& folder) {
+  Run run{"", folder.filename().string(), read_about(folder.string()), {}};
+  const std::string name = folder.parent_path().filename().string();
+  run.folder = folder.string();
+  run.variant = run.about.count("contestant") ? run.about["contestant"] : name;
+  if (folder_name(run.variant) != folder_name(name))
+    throw io::Error(folder.string(), 0, "is of variant '" + run.variant + "', its folder has another name");
+  run.tables = read_tables(folder.string());
+  return run;
+}
+
+}  // namespace
+
 std::vector<Run> read_runs(const std::string& out) {
   std::vector<Run> runs;
   std::vector<fs::path> folders;
@@ -316,14 +332,7 @@ std::vector<Run> read_runs(const std::string& out) {
   }
   std::sort(folders.begin(), folders.end());
   for (const fs::path& folder : folders) {
-    Run run{"", folder.filename().string(), read_about(folder.string()), {}};
-    const std::string name = folder.parent_path().filename().string();
-    run.folder = folder.string();
-    run.variant = run.about.count("contestant") ? run.about["contestant"] : name;
-    if (folder_name(run.variant) != folder_name(name))
-      throw io::Error(folder.string(), 0, "is of variant '" + run.variant + "', its folder has another name");
-    run.tables = read_tables(folder.string());
-    runs.push_back(std::move(run));
+    runs.push_back(read_run(folder));
     if (runs.back().about["commit"] != runs.front().about["commit"])
       throw io::Error(folder.string(), 0,
                       "is of build " + runs.back().about["commit"] + ", other runs of this report of build " +
@@ -341,6 +350,23 @@ void write_run(const Run& run, const std::vector<std::string>& sources, const st
   write_tables(target, run.tables);
   for (const std::string& source : sources) copy_pictures(source, target);
   write_about(target, run.about);
+}
+
+bool are_equal(const Table& a, const Table& b) {
+  const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  return a.columns == b.columns && std::equal(a.cells.begin(), a.cells.end(), b.cells.begin(), b.cells.end(), same);
+}
+
+// What of `a` differs in `b`: a key of about.json or a table; "": nothing. Times differ each time.
+std::string find_difference(const Run& a, const Run& b) {
+  const About first = portable(a.about), second = portable(b.about);
+  for (const auto& [one, other] : {std::pair(&first, &second), std::pair(&second, &first)})
+    for (const auto& [key, value] : *one)
+      if (const auto found = other->find(key); found == other->end() || found->second != value)
+        return "'" + key + "' of about.json";
+  for (const auto& [name, table] : a.tables)
+    if (name != "times" && !are_equal(table, b.tables.at(name))) return name + ".csv";
+  return "";
 }
 
 // Commits rarely: each commit writes the list of all results in the folder (tools/io/output.h) anew.
@@ -378,8 +404,8 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
       const std::string source = run.folder, target = folder_of(out, run.variant, run.log);
       if (!targets.insert(target).second) io::commit_outputs();  // the earlier one may wait
       if (is_done(target)) {
-        if (io::read_whole_file(source + "/cars.csv") != io::read_whole_file(target + "/cars.csv"))
-          throw io::Error(source, 0, "differs from the run of the same name in " + out);
+        if (const std::string what = find_difference(run, read_run(target)); !what.empty())
+          throw io::Error(source, 0, "differs from " + target + " in " + what);
         continue;
       }
       write_run(run, {source}, out);
@@ -387,8 +413,13 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
     }
   for (auto& [of, runs] : pieces) {
     Run whole = join_pieces(std::move(runs));
-    if (is_done(folder_of(out, whole.variant, whole.log)))
-      throw io::Error(out, 0, "has a run of " + whole.variant + " on " + whole.log + " as well as pieces of it");
+    const std::string target = folder_of(out, whole.variant, whole.log);
+    if (!targets.insert(target).second) io::commit_outputs();
+    if (is_done(target)) {  // an earlier merge of these pieces
+      if (const std::string what = find_difference(whole, read_run(target)); !what.empty())
+        throw io::Error(target, 0, "differs in " + what + " from the pieces of " + whole.variant + " on " + whole.log);
+      continue;
+    }
     write_run(whole, {}, out);
     commits.count();
   }

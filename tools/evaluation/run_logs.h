@@ -55,8 +55,9 @@ struct Run {
 // All finished runs (with about.json), by name. Throws io::Error for a folder without runs, for runs of two builds, and
 // for a run whose tables are not whole (read_tables).
 std::vector<Run> read_runs(const std::string& out);
-// Copies the finished runs of `from` that are missing in `out`. Throws io::Error for a folder without runs, and for two
-// different runs of one variant and log. Joins the pieces of a log (pieces.h).
+// Copies the finished runs of `from` that are missing in `out`, and joins the pieces of a log (pieces.h). An equal run
+// is kept: every table but `times` is equal, and about.json without what depends on files and machines.
+// Throws io::Error for two different runs of one variant and log, and as read_runs does.
 void merge_runs(const std::vector<std::string>& from, const std::string& out);
 // {"group.name=1", "group.name=1.5", ...}. Throws io::Error for an invalid range.
 std::vector<std::string> sweep_values(const std::string& text);
