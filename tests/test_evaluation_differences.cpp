@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/temp_folder.h"
@@ -126,6 +127,30 @@ TEST_CASE("differences: only logs that all have run on; nothing to compare gives
   CHECK(find_differences({a}).contestants.empty());
   CHECK(difference_section(find_differences({a})).empty());
   CHECK(find_differences({more, b}).contestants.empty());  // no common log
+}
+
+TEST_CASE("differences: a log whose truth is not that of the base is left out") {
+  const Run base = passes("best", "", 0, 0.2), good = passes("paper", "", 1, 0.2);
+  const auto left_out = [&](const std::function<void(Tables&)>& change) {
+    Run other = passes("paper", "", 1, 0.2, "second");
+    change(other.tables);
+    const Differences d = find_differences({base, good, passes("best", "", 0, 0.2, "second"), other});
+    CHECK(d.logs + d.logs_left_out == 2);
+    return d.logs_left_out;
+  };
+  const auto shift = [](Tables& tables, const char* table, const char* column, double by) {
+    Table& t = tables.at(table);
+    t.cells[5 * t.columns.size() + t.column(column)] += by;
+  };
+  CHECK(left_out([](Tables&) {}) == 0);
+  CHECK(left_out([&](Tables& t) { shift(t, "cars", "x_m", 1e-6); }) == 0);  // rounded on another machine
+  CHECK(left_out([&](Tables& t) { shift(t, "cars", "detections", 1); }) == 0);
+  for (const char* column : {"frame", "car", "x_m", "y_m"})
+    CHECK_MESSAGE(left_out([&](Tables& t) { shift(t, "cars", column, 1); }) == 1, column);
+  CHECK(left_out([](Tables& t) { t["cars"].cells.resize(t["cars"].columns.size() * 100); }) == 1);  // fewer frames
+  // Without another car.
+  CHECK(left_out([](Tables& t) { t["ego"].add({kFrames, 0.05 * kFrames, 50, 0}); }) == 1);
+  CHECK(left_out([&](Tables& t) { shift(t, "ego", "speed_mps", 1); }) == 1);
 }
 
 TEST_CASE("differences: a grid tells what each value costs, over the configurations that differ in nothing else") {

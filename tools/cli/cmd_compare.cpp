@@ -70,7 +70,7 @@ int compare_evaluations(const CompareOptions& options) {
   if (!options.map.empty()) throw io::Error("--map", 0, "is for two folders of overtake run");
   const std::vector<evaluation::Run> runs = evaluation::read_results(paths);
   const evaluation::Differences found = evaluation::find_differences(runs, runs.empty() ? "" : runs[0].variant);
-  if (found.logs == 0) throw io::Error(options.a, 0, "has no log that all the others have, too");
+  if (found.logs == 0) throw io::Error(options.a, 0, "has no log that all the others have, too, with the same truth");
   if (options.json)
     std::printf("%s\n", evaluation::json_text(found).c_str());
   else

@@ -18,7 +18,8 @@ namespace overtake::evaluation {
 namespace {
 
 constexpr double kSeenPoints = 3;
-constexpr double kAloneS = 20;  // frames without a car: a group is as long
+constexpr double kAloneS = 20;       // frames without a car: a group is as long
+constexpr double kSameTruth = 1e-3;  // m, m/s: another machine may round otherwise; no two races agree so well
 
 using Parts = std::array<metrics::RatioPart, kMeasureCount>;
 using Draws = std::array<std::vector<double>, kMeasureCount>;  // as GroupDraws::ratios gives them
@@ -128,6 +129,19 @@ Changes changes_of(const Run& run) {
   return out;
 }
 
+// Whether two runs saw the same frames of the same race. The ego tells races without another car apart.
+bool is_same_truth(const Run& a, const Run& b) {
+  const std::pair<const char*, std::vector<const char*>> truths[] = {{"cars", {"frame", "car", "x_m", "y_m"}},
+                                                                     {"ego", {"frame", "speed_mps"}}};
+  const auto near = [](double x, double y) { return std::fabs(x - y) <= kSameTruth; };
+  for (const auto& [table, columns] : truths)
+    for (const char* column : columns) {
+      const auto x = column_of(a.tables.at(table), column), y = column_of(b.tables.at(table), column);
+      if (!std::equal(x.begin(), x.end(), y.begin(), y.end(), near)) return false;
+    }
+  return true;
+}
+
 bool is_compared(const Run& run) { return run.variant.find_first_of("@:") == std::string::npos; }
 
 bool is_plain(const Run& run) {
@@ -219,7 +233,9 @@ Differences find_differences(const std::vector<Run>& runs, const std::string& ba
   // The sums of each variant, by log and group.
   std::map<std::string, std::vector<Parts>> sums;
   for (const auto& [log, variants] : by_log) {
-    if (variants.size() < changes.size()) {
+    const auto& of_log = variants;  // a lambda cannot capture a structured binding in clang 14
+    const auto differs = [&](const auto& entry) { return !is_same_truth(*of_log.at(out.base), *entry.second); };
+    if (variants.size() < changes.size() || std::any_of(variants.begin(), variants.end(), differs)) {
       ++out.logs_left_out;
       continue;
     }

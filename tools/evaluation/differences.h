@@ -51,8 +51,10 @@ struct ParameterValue {
 
 struct Differences {
   std::string base;  // the first preset without changes, else the first configuration; "": nothing to compare
-  int64_t logs = 0, logs_left_out = 0;  // left out: not run by all of them
-  int64_t events = 0;                   // drawn again
+  // Left out: not run by all of them, or not with the truth of the base's run. Runs of another race or of other frames
+  // (--frames, --compare-every) can have the same name of a log.
+  int64_t logs = 0, logs_left_out = 0;
+  int64_t events = 0;  // drawn again
   std::vector<ContestantDifference> contestants;
   std::vector<ParameterValue> parameters;
 };

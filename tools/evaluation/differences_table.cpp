@@ -41,7 +41,7 @@ std::string note_of(const Differences& d) {
   std::string text = "On " + io::counted(d.logs, "log") + ", " + io::counted(d.events, "overtaking event") +
                      " drawn again for the 95 % intervals; *: the interval does not contain 0.";
   if (d.logs_left_out > 0)
-    text += " Left out: " + io::counted(d.logs_left_out, "log") + " that not all of them ran on.";
+    text += " Left out: " + io::counted(d.logs_left_out, "log") + " that not all of them ran on, with the same truth.";
   return text;
 }
 
