@@ -296,6 +296,14 @@ grep -q note stdout && fail "a note on an evaluation: $(cat stdout)"
 printf 'preset = "paper"\n[capacities]\nclusters = 20\n' >few.toml
 expect "evaluate with few clusters" "$overtake" evaluate race.mcap --config few.toml --only-figures --quiet --out judged_few
 grep -qE '^note: race, few: capacity clusters [(]20[)] was reached in [0-9]+ of 10 frames: .* raise it with \[capacities\] clusters=40$' stdout || fail "a capacity that is reached: $(cat stdout)"
+# A damaged log: a sentence also with --quiet, the results, exit code 3.
+head -c $(($(stat -c %s race.mcap) / 2)) race.mcap >cut_race.mcap
+"$overtake" evaluate cut_race.mcap --preset paper --only-figures --quiet --out judged_cut >stdout 2>stderr
+code=$?
+((code == 3)) || fail "evaluate of a damaged log: exit code $code"
+[[ $(wc -l <stderr) == 1 && $(cat stderr) == "overtake: cut_race.mcap: "*"; results are from the part before it" ]] ||
+  fail "evaluate of a damaged log: $(cat stderr)"
+[[ -s judged_cut/metrics.json && -s judged_cut/report.html ]] || fail "evaluate of a damaged log: no report"
 expect "compare of evaluations" "$overtake" compare judged judged
 grep -q '^  judged/best ' stdout && grep -q '^  judged/paper .*[+]' stdout || fail "compare of evaluations: $(cat stdout)"
 expect "compare of evaluations --json" "$overtake" compare judged judged --json && cp stdout differences.json

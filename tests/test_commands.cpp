@@ -99,6 +99,27 @@ TEST_CASE("commands: evaluate judges a method that lacks images, run shows it") 
   }
 }
 
+TEST_CASE("commands: evaluate of a damaged log ends with 3, after the report, each time and also with --tune") {
+  const TempFolder folder;
+  const std::string log = folder.path("log.mcap"), cut = folder.path("cut.mcap"), out = folder.path("out");
+  REQUIRE(run_overtake(folder, {"simulate", "overtake", "--seconds", "0.5", "--out", log, "--quiet"}).code == 0);
+  const std::string text = io::read_whole_file(log);
+  io::write_whole_file(cut, text.substr(0, text.size() / 2));
+  const auto evaluate = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "evaluate");
+    words.insert(words.end(), {"--quiet", "--out", out});
+    return run_overtake(folder, words).code;
+  };
+  CHECK(evaluate({log, "--preset", "paper", "--only-figures"}) == 0);
+  CHECK(evaluate({log, cut, "--preset", "paper", "--only-figures"}) == 3);
+  CHECK(std::filesystem::exists(out + "/runs/paper/cut/about.json"));
+  CHECK(holds(io::read_whole_file(out + "/report.html"), "cut off: "));
+  CHECK(evaluate({cut, "--preset", "paper", "--only-figures"}) == 3);  // done before
+  CHECK(evaluate({cut, "--preset", "paper", "--only-figures", "--frames", "1"}) == 0);
+  CHECK(evaluate({log, "--tune", "--frames", "1"}) == 0);
+  CHECK(evaluate({cut, "--tune", "--every", "100"}) == 3);
+}
+
 TEST_CASE("commands: what a sink throws ends the frames and reaches the caller") {
   struct Sink : cli::FrameSink {
     int32_t frames = 0, ends = 0;

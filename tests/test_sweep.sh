@@ -100,6 +100,20 @@ sweep --directory unlucky_two && fail "a killed job counts as done"
 [[ ! -e unlucky_two/metrics.json ]] || fail "merged without a part"
 grep -q "^simulate: .* resources.simulate.mem_mb (now 2000)" "$work/log" || fail "no hint on the resources: $(tail "$work/log")"
 
+# A damaged recording is a result; its job is not tried again, and a killed job is no such result.
+mkdir damaged
+head -c $(($(stat -c %s records/drive_two.mcap) / 2)) records/drive_two.mcap >damaged/cut.mcap
+printf 'overtake: %s\nrecordings: damaged\nextent: figures\nretries: 0\n' "$overtake" >sweep.yaml
+sweep --directory damaged_out || fail "a damaged recording stops the sweep: $(tail -n 30 "$work/log")"
+[[ -s damaged_out/metrics.json && -d damaged_out/runs/paper/cut ]] || fail "a damaged recording has no result"
+grep -q "cut.mcap: .*; results are from the part before it" damaged_out/jobs/evaluate/cut.txt || fail "the damage is not in the job's text"
+once=(python3 "$evaluation/once.py" --accept 3 whole/job result -- bash -c)
+"${once[@]}" 'echo x >"$0"; exit 3' OUT && [[ $(cat result) == x ]] || fail "once.py does not accept exit code 3"
+for code in 1 2 130; do
+  "${once[@]}" "echo y >\"\$0\"; exit $code" OUT
+  [[ $? == "$code" && $(cat result) == x ]] || fail "once.py accepts exit code $code"
+done
+
 # Wrong files: a sentence that begins with the field, and no job. Two of them through the program.
 refuse() {  # FIELD LINES
   printf 'overtake: %s\n%b\n' "$overtake" "$2" >sweep.yaml

@@ -27,6 +27,12 @@ struct EvaluateOptions : evaluation::RunOptions {
   bool tune = false, scaling = false, all_variants = false, check = false, force = false;
 };
 
+// Also with --quiet. Returns the exit code.
+int print_damages(const std::vector<std::string>& damages) {
+  for (const std::string& damage : damages) std::fprintf(stderr, "overtake: %s\n", printable(damage).c_str());
+  return damages.empty() ? 0 : kDamaged;
+}
+
 int evaluate(const EvaluateOptions& given) {
   EvaluateOptions options = given;
   if (options.logs.empty() && options.recordings.empty() && !options.check)
@@ -70,15 +76,16 @@ int evaluate(const EvaluateOptions& given) {
       std::fprintf(stderr, "overtake: %s: this log is partial: %s\n", printable(log).c_str(),
                    printable(partial).c_str());
   if (options.tune) {
-    evaluation::tune_baselines(options.logs, options.every, options.most_frames, options.workers, options.out,
-                               !options.quiet);
+    const std::vector<std::string> damages = evaluation::tune_baselines(
+        options.logs, options.every, options.most_frames, options.workers, options.out, !options.quiet);
     guard.commit();
-    return 0;
+    return print_damages(damages);
   }
   if (options.scaling)
     evaluation::measure_scaling(options.logs[0], evaluation::options_of(preset, configs), options.out, !options.quiet);
   guard.commit();
-  if (!evaluation::run_logs(options)) {
+  std::vector<std::string> damages;
+  if (!evaluation::run_logs(options, &damages)) {
     std::fprintf(stderr,
                  "overtake: interrupted, no report; %s keeps the finished runs, and the same command continues\n",
                  options.out.c_str());
@@ -86,7 +93,7 @@ int evaluate(const EvaluateOptions& given) {
   }
   evaluation::write_report(options.out, !options.quiet);
   guard.commit();
-  return 0;
+  return print_damages(damages);
 }
 
 void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {

@@ -2,13 +2,15 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: once.py [--forget FOLDER] [KEPT OUTPUT [INPUT...] -- COMMAND...]
+# usage: once.py [--forget FOLDER] [--accept CODE] [KEPT OUTPUT [INPUT...] -- COMMAND...]
 #
 # Runs a job's command once, even if Snakemake is killed before it notes the end of the job: then Snakemake deletes
 # OUTPUT and starts the job again. The command writes to the name that replaces its word OUT. In one step (a rename) its
 # whole result is in KEPT, with the hash of the command and of its inputs. Then OUTPUT gets hard links to the result.
 # If KEPT is of the same hash, OUTPUT gets the links alone. A job that reads the result forgets KEPT: by then the end of
 # the job that wrote it is noted.
+#
+# A command that ends with an exit code other than 0 and CODE has no result. once.py then ends with that code, else with 0.
 #
 # A small INPUT counts by its content, another one by its size and time.
 import hashlib
@@ -80,6 +82,10 @@ def main(arguments):
         arguments = arguments[2:]
         if not arguments:
             return 0
+    accepted = {0}
+    if arguments[0] == '--accept':
+        accepted.add(int(arguments[1]))
+        arguments = arguments[2:]
     at = arguments.index('--')
     kept, output, inputs, command = arguments[0], arguments[1], arguments[2:at], arguments[at + 1:]
     value, part, name = fingerprint(command, inputs), kept + '.part', os.path.basename(output)
@@ -89,7 +95,7 @@ def main(arguments):
         forget(kept)
         os.makedirs(part)
         code = subprocess.call([os.path.join(part, name) if word == 'OUT' else word for word in command])
-        if code:
+        if code not in accepted:
             remove(part)
             return code if code > 0 else 128 - code
         with open(os.path.join(part, HASH), 'w') as file:

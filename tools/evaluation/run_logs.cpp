@@ -115,8 +115,9 @@ int64_t poses_kept() {
   return def.ego_pose_capacity;
 }
 
-// False: interrupted.
-bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names) {
+// False: interrupted. `damage`: why the log ended early; "": it did not.
+bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names,
+             std::string& damage) {
   const PieceTimes piece(options.from_s, options.to_s, options.warm_up_s);
   const std::string stem = log_stem(path), log_name = piece.name_of(stem);
   const std::string input = hash_input(path, text_of_input(options));
@@ -134,6 +135,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   }
   if (todo.empty()) {
     if (!options.quiet) std::printf("%s: done before\n", log_name.c_str());
+    damage = read_about(folder_of(options.out, names[0], log_name))["damage"];
     return true;
   }
   const std::unique_ptr<TruthLog> opened = open_log(options, path);
@@ -224,9 +226,9 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     io::commit_outputs();
   }
   if (!options.quiet)
-    std::printf("%s: %s, %s%s%s\n", log_name.c_str(), io::counted(frames, "frame").c_str(),
-                io::counted(int64_t(variants.size()), "variant").c_str(),
-                log.damage().empty() ? "" : "; the log is damaged: ", log.damage().c_str());
+    std::printf("%s: %s, %s\n", log_name.c_str(), io::counted(frames, "frame").c_str(),
+                io::counted(int64_t(variants.size()), "variant").c_str());
+  damage = log.damage();
   return true;
 }
 
@@ -292,7 +294,7 @@ std::vector<std::string> variants_to_run(const RunOptions& options) {
   return names;
 }
 
-bool run_logs(const RunOptions& options) {
+bool run_logs(const RunOptions& options, std::vector<std::string>* damages) {
   const std::vector<std::string> names = variants_to_run(options);
   std::set<std::string> stems;
   for (const std::string& log : options.logs)
@@ -300,8 +302,11 @@ bool run_logs(const RunOptions& options) {
       throw io::Error(log, 0, "two logs have this name: their results would lie in one folder");
   cli::catch_interrupt();
   rename_folders(options.out);
-  for (const std::string& log : options.logs)
-    if (!run_log(options, log, names)) return false;
+  for (const std::string& log : options.logs) {
+    std::string damage;
+    if (!run_log(options, log, names, damage)) return false;
+    if (damages && !damage.empty()) damages->push_back(damage_sentence(log, damage));
+  }
   return true;
 }
 

@@ -43,8 +43,9 @@ std::map<std::string, std::string> read_configs(const std::vector<std::string>& 
 // The presets and configurations, and the first one's sweep values. Throws io::Error if one of them cannot run.
 std::vector<std::string> variants_to_run(const RunOptions& options);
 
-// Throws io::Error. Returns false when interrupted: finished logs are kept.
-bool run_logs(const RunOptions& options);
+// Throws io::Error. Returns false when interrupted: finished logs are kept. `damages` gets a sentence for each damaged
+// log, also for one that was done before: its results are from the part before the damage.
+bool run_logs(const RunOptions& options, std::vector<std::string>* damages = nullptr);
 
 struct Run {
   std::string variant, log;

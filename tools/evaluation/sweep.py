@@ -18,6 +18,7 @@ import subprocess
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 SCENARIOS = os.path.join(ROOT, 'tools/sim/scenarios')
+DAMAGED = 3  # exit code of overtake evaluate: the log is damaged, the results are from the part before the damage
 NOT_IN_ALL = ('demo', 'overtake', 'recorded_like')
 RESOURCES = {'simulate': {'threads': 1, 'mem_mb': 2000, 'runtime': 120},
              'evaluate': {'threads': 1, 'mem_mb': 3000, 'runtime': 240},

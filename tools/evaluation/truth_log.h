@@ -60,6 +60,11 @@ inline bool lacks(const TruthLog& log, const std::string& what) {
   return found != log.about().end() && found->second.find(what) != std::string::npos;
 }
 
+// For the user, of a log that ended early.
+inline std::string damage_sentence(const std::string& path, const std::string& damage) {
+  return path + ": " + damage + "; results are from the part before it";
+}
+
 using io::wrap_angle;
 
 }  // namespace overtake::evaluation

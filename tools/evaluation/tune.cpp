@@ -90,9 +90,10 @@ std::vector<Scan> read_scans(const LogFrame& frame, const io::Rig& rig) {
 
 }  // namespace
 
-void tune_baselines(const std::vector<std::string>& logs, int32_t every, int64_t most_frames, int32_t workers,
-                    const std::string& out, bool print) {
+std::vector<std::string> tune_baselines(const std::vector<std::string>& logs, int32_t every, int64_t most_frames,
+                                        int32_t workers, const std::string& out, bool print) {
   std::vector<Candidate> all = make_candidates();
+  std::vector<std::string> damages;
   sim::Workers crew(workers);
   for (const std::string& path : logs) {
     SimulatedLog log(path);
@@ -106,6 +107,7 @@ void tune_baselines(const std::vector<std::string>& logs, int32_t every, int64_t
         for (std::size_t s = whole ? 0 : 1; s < (whole ? 1 : scans.size()); ++s) c.judge(scans[s], c.mark(scans[s]));
       });
     }
+    if (!log.damage().empty()) damages.push_back(damage_sentence(path, log.damage()));
   }
   cli::make_folder(out);
   std::string csv = "method,parameters,scans,f1,tpr,ppv\n";
@@ -120,12 +122,13 @@ void tune_baselines(const std::vector<std::string>& logs, int32_t every, int64_t
     if (!b || f1 > metrics::summarize(b->f1).mean) b = &c;
   }
   io::write_whole_file(out + "/tuning.csv", csv);
-  if (!print) return;
+  if (!print) return damages;
   for (const auto& [method, c] : best)
     std::printf("%-6s best: %s (F1 %.3f, TPR %.3f, PPV %.3f over %zu scans)\n", method.c_str(), c->text.c_str(),
                 metrics::summarize(c->f1).mean, metrics::summarize(c->tpr).mean, metrics::summarize(c->ppv).mean,
                 c->f1.size());
   std::printf("All of it simulated. Written to %s/tuning.csv\n", out.c_str());
+  return damages;
 }
 
 }  // namespace overtake::evaluation

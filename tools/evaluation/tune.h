@@ -12,8 +12,8 @@
 namespace overtake::evaluation {
 
 // Tries every value of a small table on every N-th frame and writes OUT/tuning.csv: mean F1, TPR and PPV over the
-// scans, by surface truth. `print`: prints the best ones. Throws io::Error.
-void tune_baselines(const std::vector<std::string>& logs, int32_t every, int64_t most_frames, int32_t workers,
-                    const std::string& out, bool print);
+// scans, by surface truth. `print`: prints the best ones. Throws io::Error. Returns a sentence for each damaged log.
+std::vector<std::string> tune_baselines(const std::vector<std::string>& logs, int32_t every, int64_t most_frames,
+                                        int32_t workers, const std::string& out, bool print);
 
 }  // namespace overtake::evaluation
