@@ -182,8 +182,8 @@ TEST_CASE("heading filter: single wrong walls are not used; a lasting change is,
   CHECK_FALSE(filter.contradicts(before, wrong.cause, wrong.walls));
 
   for (double& c : truth.constant_rad) c += 1.5 * kDeg;  // the localisation starts again
-  for (const Frame& f : frames_of(truth, 10, 0.05, 20.2)) add(filter, f);
-  CHECK(error_deg(filter, truth, 31, 0) < 0.15);
+  for (const Frame& f : frames_of(truth, 5, 0.05, 20.2)) add(filter, f);
+  CHECK(error_deg(filter, truth, 26, 0) < 0.15);
 }
 
 TEST_CASE(

@@ -201,10 +201,12 @@ TEST_CASE("lane identity: a lost car that comes back beside a new one does not t
   LaneBench bench;
   const TrackId elder = bench.follow(40);
   int32_t k = 40;
-  for (; bench.confirmed() > 0; ++k) {  // misses where it should be seen
+  for (int32_t lost = 0; lost < 20; ++k) {  // misses where it should be seen
     bench.ego_at(50 * kFrame_s * k - 30);
     bench.step(k, {});
+    lost += bench.confirmed() == 0;
   }
+  CHECK(bench.state().score == -LaneBench::of_best().lane.most_score);
   TrackId other = kNobody;
   for (int32_t end = k + 20; k < end; ++k) {
     bench.ego_at(50 * kFrame_s * k - 30);
