@@ -161,7 +161,7 @@ void Session::push_ego_until(int64_t stamp_ns) {
 std::string Session::bad_poses() const {
   if (bad_poses_ == 0) return "";
   return io::counted(bad_poses_, "ego pose") +
-         " with a value that is not finite or out of bounds: not used; the first " + "has stamp " +
+         " with a value that is not finite or out of bounds: not used; the first has stamp " +
          std::to_string(first_bad_pose_ns_);
 }
 
