@@ -247,6 +247,31 @@ NoiseShares path_shares(int32_t frames, double brake_mps2 = 0.0, double across_m
 
 }  // namespace
 
+TEST_CASE("lane tracker: the path of a track without a course spreads to all sides, as the track does") {
+  const TrackerParams params = LaneBench::of_best();
+  LaneBench bench(nullptr, params);
+  bench.input.ego.known = false;
+  Measurement z = seen_car(7, 3, 0);
+  z.points = 0, z.var_x = z.var_y = 0.04;
+  bench.step(0, {z});
+  const int32_t points = path_points(params, params.horizon_s);
+  Arena arena;
+  PathTable paths;
+  REQUIRE(arena.build(default_allocator(), [&](Carver& carver) { carve_table(carver, paths, points); }));
+  paths.points_per_track = points;
+  bench.tracker->publish(bench.rows, bench.states, ns_of(2), bench.published, &bench.told, &paths);
+  REQUIRE(paths.count == points);
+  for (int32_t k = 0; k < points; ++k) {
+    const double deviation_m = 20 * (0.1 + params.horizon_step_s * (k + 1));
+    CHECK(paths.x_m[k] == 7);
+    CHECK(paths.y_m[k] == 3);
+    CHECK(paths.var_x[k] == doctest::Approx(0.04 + deviation_m * deviation_m).epsilon(1e-9));
+    CHECK(paths.var_y[k] == paths.var_x[k]);
+    CHECK(paths.cov_xy[k] == 0);
+    CHECK(paths.steady_across_m[k] == paths.steady_along_m[k]);
+  }
+}
+
 TEST_CASE("lane tracker: a steady car has a narrow path, one that changes its speed or its place a wide one") {
   const NoiseShares new_car = path_shares(4), steady = path_shares(30);
   CHECK(new_car.along == doctest::Approx(1.0));

@@ -474,8 +474,22 @@ PathNoise LanePolicy::path_noise(const State& s) const noexcept {
           .steady_drift = kSteadyDrift + kSteadyDriftLag * across2};
 }
 
+// Where the course is unknown, the car may go to any side (spread).
+void LanePolicy::spread_path(const State& s, int32_t first, PathTable& t) const noexcept {
+  for (int32_t i = first; i < t.count; ++i) {
+    TrackEstimate e = s.estimate;
+    spread(e, params_.birth_sigma_v, s.unseen_s, s.unseen_s + (i - first + 1) * params_.horizon_step_s);
+    t.var_x[i] = e.covariance[0][0], t.var_y[i] = e.covariance[1][1], t.cov_xy[i] = e.covariance[0][1];
+    t.steady_along_m[i] = std::sqrt(t.var_x[i]), t.steady_across_m[i] = std::sqrt(t.var_y[i]);  // course 0
+  }
+}
+
 void LanePolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {
-  for (const State& s : states) path_.write(s.estimate, path_of(s), s.segment, path_noise(s), t);
+  for (const State& s : states) {
+    const int32_t first = t.count;
+    path_.write(s.estimate, path_of(s), s.segment, path_noise(s), t);
+    if (is_course_unknown(s.estimate)) spread_path(s, first, t);
+  }
 }
 
 template class ReplayTracker<LanePolicy>;

@@ -118,6 +118,7 @@ class LanePolicy {
   void score_hit(int32_t slot, State& s, const Measurement& z, const Innovation* innovation) noexcept;
   void begin_existence(State& s, const Measurement& z) const noexcept;
   bool was_passed(int32_t slot, const State& s) const noexcept;
+  void spread_path(const State& s, int32_t first, PathTable& t) const noexcept;
   bool has_coasted(const State& s, double most_m) const noexcept;
   void lose(State& s) const noexcept;
   static int64_t limit_votes(int64_t votes) noexcept;
