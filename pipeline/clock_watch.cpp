@@ -91,8 +91,8 @@ bool ClockWatch::continues(int32_t source, int64_t stamp_ns) const noexcept {
   return s.any && difference_ns(stamp_ns, last_ns) <= tolerance_ns_ + interval_of(s);
 }
 
-// Whether a sensor's stamp is as far from its last good one as the others' stamps since then, which are counted. True
-// when nothing is known: before its first good stamp, and after a silence.
+// Whether a sensor's stamp is no further from its last good one than the others came meanwhile, by the number of their
+// stamps. True when nothing is known: before its first good stamp, and after a silence.
 bool ClockWatch::keeps_pace(int32_t source, int64_t stamp_ns) const noexcept {
   const Source& s = sources_[source];
   if (!s.any) return true;

@@ -162,7 +162,7 @@ ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params
     model.T_vehicle_sensor = make_transform(in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad);
     if (!(model.T_vehicle_sensor.r[8] > kLeastUp))
       return bad(
-          field("sensors", s, "roll_rad and pitch_rad turn its z axis down; an inverted sensor: turn its points"));
+          field("sensors", s, "roll_rad and pitch_rad turn its z axis down: push turned points of an inverted sensor"));
     model.mounting_yaw_rad = float(wrap_angle(in.yaw_rad));
     context_.segment[s] = make_segment_params(params, model);
     point_capacity_[s] = in.point_capacity;

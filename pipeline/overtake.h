@@ -462,13 +462,13 @@ static inline ovt_points ovt_default_points(void) {
  *                                                 measurements are late (ovt_stats.measurements_late)
  *   older than that                               not used: counted as `late`
  *   ahead of the other sensors by more than       held until the other sensors have delivered newer stamps. Used when
- *   frame.tolerance_s + frame.period_s            they come near it, and either they had a gap or it is no further
- *                                                 from its sensor's last good stamp than they came meanwhile (else to
- *                                                 frame.tolerance_s); when more sensors have such a stamp than continue
- *                                                 without it (a common gap); or when no other sensor is good (if they
- *                                                 went on without it before: after 24 of its stamps). Else
- *                                                 counted as `late`; suspect_mask names the sensor. ovt_flush ends the
- *                                                 wait: counted as `late`
+ *   frame.tolerance_s + frame.period_s            they come within frame.tolerance_s of it, or within the sum if
+ *                                                 they had a gap or it is no further from its sensor's last good
+ *                                                 stamp than they came meanwhile; when more sensors have such a
+ *                                                 stamp than continue without it (a common gap); or when no other
+ *                                                 sensor is good (if they went on without it before: after 24
+ *                                                 of its stamps). Else counted as `late`; suspect_mask names
+ *                                                 the sensor. ovt_flush ends the wait: counted as `late`
  *   else                                          used
  *
  * Two sensors form no majority. If one steps ahead, it is the suspect. If two drift apart, both are used up to 0.5 s
