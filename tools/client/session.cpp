@@ -9,6 +9,7 @@
 #include "tools/io/angles.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::cli {
 namespace {
