@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -434,6 +435,21 @@ TEST_CASE("columns: the CSV files keep their columns; the header names each") {
       CHECK(changed == (*column.csv != 0));
   });
   CHECK(variances == 4);  // var_x and var_y of the first and the last row
+}
+
+TEST_CASE("columns: a track's place is turned by the ego heading that put it on the map") {
+  Filled<ovt_tracks> tracks;
+  ovt_frame_info info = {};
+  info.reference = OVT_REFERENCE_MAP;
+  info.ego_known = 1;
+  info.ego_x_m = 3, info.ego_y_m = 4;
+  info.ego_yaw_rad = 1.0, info.ego_heading_offset_rad = 0.25;
+  const cli::Place place = cli::place_of(info, tracks.table, 1);
+  const double dx = tracks.table.x_m[1] - 3, dy = tracks.table.y_m[1] - 4;
+  CHECK(place.ahead_m == doctest::Approx(dx * std::cos(1.25) + dy * std::sin(1.25)));
+  CHECK(place.left_m == doctest::Approx(dy * std::cos(1.25) - dx * std::sin(1.25)));
+  info.ego_known = 0;
+  CHECK(std::isnan(cli::place_of(info, tracks.table, 1).ahead_m));
 }
 
 TEST_CASE("columns: numbers that were read back from tracks.csv are the bits that were written") {

@@ -75,6 +75,30 @@ def test_a_temporary_race_lives_as_long_as_something_reads_it():
     assert not made()
 
 
+def test_seconds_that_are_no_race_are_refused():
+    before = temporary_folders()
+    for seconds in (0, -1, 0.01, float("nan")):
+        with pytest.raises(ValueError, match="seconds: 0.05 or more is needed"):
+            overtake.simulate("demo", seconds=seconds)
+    assert temporary_folders() == before
+
+
+def test_a_run_with_params_keeps_the_period_of_its_rig(tmp_path):
+    overtake.simulate("demo", seconds=0.1, out=os.fspath(tmp_path / "race"))
+    rig = tmp_path / "race" / "rig.toml"
+    text = rig.read_text()
+    assert "period_s = 0.05" in text
+    rig.write_text(text.replace("period_s = 0.05", "period_s = 0.1"))
+
+    def period(**options):
+        config = overtake.run(tmp_path / "race", rig=rig, **options).config
+        return float(re.search(r"\[frame\]\nperiod_s = (\S+)", config)[1])
+    assert period(preset="best") == period(params=overtake.Params("best")) == 0.1
+    params = overtake.Params("best")
+    params.frame.period_s = 0.04
+    assert period(params=params) == 0.04
+
+
 def test_a_race_that_fails_leaves_no_folder():
     before = temporary_folders()
     with pytest.raises(overtake.FileError, match="no car is named 'nobody'"):

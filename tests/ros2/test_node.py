@@ -572,6 +572,58 @@ def test_names(work):
     refused(r"--ros-distro: 'humbel' is not a release of ROS 2 .*did you mean 'humble'", *rig, '--ros-distro', 'humbel')
 
 
+def rig_of_left(work, topics=''):
+    """The race's rig with its left sensor alone."""
+    head, *sensors = (work / 'race' / 'rig.toml').read_text().split('[[sensor]]')
+    left = next(sensor for sensor in sensors if 'name = "left"' in sensor)
+    rig = work / 'left.toml'
+    rig.write_text(head + '[[sensor]]' + left.replace('name = "left"', 'name = "left"\n' + topics))
+    return rig
+
+
+def test_found(work):
+    """Publishers appear one by one; an input is found by its name, or as the only one there is."""
+    race = make_race(work, 6)
+    long = ('--frames', '1000', '--no-match', '--wait', '2', '--linger', '0.5')
+    def topics(peer):
+        return [value_of(line, 'topic') for line in peer.diagnostics().splitlines() if ' overtake: left:' in line]
+    with Node(work, rig=rig_of_left(work)) as node, Peer(work, race, node, '--only', 'front', *long) as other:
+        time.sleep(4)       # after a while the only cloud is the sensor's
+        with Peer(work, race, node, '--only', 'left', '--no-poses', '--shift', '60', *long) as peer:
+            peer.ready().wait()
+        other.wait()
+        node.stop()
+    expect('/front/points' in topics(other) and topics(other)[-1] == '/left/points', topics(other))
+
+    text = (work / 'race' / 'rig.toml').read_text()
+    for sensor in ('front', 'left', 'right'):
+        text = text.replace(f'name = "{sensor}"', f'name = "{sensor}"\ntopics = ["/vehicle_*/{sensor}/points"]')
+    star = work / 'star.toml'
+    star.write_text(text)
+    with Node(work, rig=star) as node, Peer(work, race, node, '--only', 'front', '--prefix', '/vehicle_2', *long) as one:
+        one.ready()
+        node.expect('left: nobody publishes')
+        with Peer(work, race, node, '--prefix', '/vehicle_5', *long) as other:
+            other.wait()
+        one.wait()
+        node.stop()
+    expect('topic=/vehicle_2/front/points' in one.diagnostics() and 'topic=/vehicle_5' not in one.diagnostics(),
+           one.diagnostics())
+
+
+def test_empty(work):
+    """Clouds without points are not "all clear"."""
+    race = make_race(work, 2)
+    with Node(work, rig=rig_of_left(work)) as node:
+        with Peer(work, race, node, '--only', 'left', '--points', 'left=0', '--linger', '1.5') as peer:
+            peer.ready().wait()
+        node.expect('left: clouds on /left/points have no points')
+        node.expect("detector: no scan of a frame has a usable point: this is not 'all clear'")
+        expect(re.search(r'^2 overtake: detector: no scan', peer.diagnostics(), re.M), peer.diagnostics())
+        expect(frames_back(peer) == 0, f'{frames_back(peer)} empty lists of detections')
+        node.stop()
+
+
 def test_detections(work):
     """Detections of another detector come into the tracker."""
     race = make_race(work, 3)

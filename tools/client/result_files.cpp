@@ -52,11 +52,13 @@ void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& d
   }
 }
 
+double vehicle_yaw_rad(const ovt_frame_info& info) { return info.ego_yaw_rad + info.ego_heading_offset_rad; }
+
 Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) {
   if (info.reference == OVT_REFERENCE_VEHICLE) return {tracks.x_m[i], tracks.y_m[i]};
   if (!info.ego_known) return {std::nan(""), std::nan("")};
   const double dx = tracks.x_m[i] - info.ego_x_m, dy = tracks.y_m[i] - info.ego_y_m;
-  const double c = std::cos(info.ego_yaw_rad), s = std::sin(info.ego_yaw_rad);
+  const double c = std::cos(vehicle_yaw_rad(info)), s = std::sin(vehicle_yaw_rad(info));
   return {dx * c + dy * s, dy * c - dx * s};
 }
 

@@ -43,6 +43,9 @@ class ResultHash {
   int64_t first_ns_ = 0;
 };
 
+// The yaw of the ego vehicle's frame in the map, as detections and tracks have it (ego_heading_offset_rad).
+double vehicle_yaw_rad(const ovt_frame_info& info);
+
 // A track at the frame's stamp, in the ego vehicle's frame; NaN if no ego pose is known.
 struct Place {
   double ahead_m, left_m;

@@ -91,9 +91,14 @@ std::string list_topics(const std::vector<BagTopic>& topics, const std::string& 
 }
 
 TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig) {
+  TopicSearch search;
+  return find_topic_roles(topics, rig, search);
+}
+
+TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig, TopicSearch& search) {
   TopicRoles roles;
   roles.sensor_of.assign(topics.size(), -1);
-  std::optional<std::string> vehicle;  // the text of *
+  std::optional<std::string>& vehicle = search.vehicle;
   // Uses every channel of a topic name.
   const auto find = [&](const std::vector<std::string>& patterns, const char* type, bool same_vehicle) {
     for (const std::string& pattern : patterns)
@@ -115,7 +120,7 @@ TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig)
       if (topics[i].name == topics[std::size_t(topic)].name) roles.sensor_of[i] = s;
   }
   // One sensor and one cloud topic: no name is needed.
-  if (rig.sensors.size() == 1 || rig.shared_cloud) {
+  if (search.knows_all && (rig.sensors.size() == 1 || rig.shared_cloud)) {
     std::vector<int32_t> clouds;
     for (std::size_t i = 0; i < topics.size(); ++i)
       if (is_type(topics[i], kPointCloud2Name)) clouds.push_back(int32_t(i));

@@ -6,6 +6,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,13 @@ struct TopicRoles {
   int32_t ego = -1, opponent = -1, cars = -1;  // topics
 };
 TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig);
+
+// The same among topics that appear one by one.
+struct TopicSearch {
+  bool knows_all = true;               // where one sensor and one cloud topic need no name, the topic is the sensor's
+  std::optional<std::string> vehicle;  // the text of * in the topics that are used already
+};
+TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig, TopicSearch& search);
 // "/a (sensor_msgs/msg/PointCloud2), ..." for error texts.
 std::string list_topics(const std::vector<BagTopic>& topics, const std::string& type);
 // The topic names that a sensor of the rig may have.

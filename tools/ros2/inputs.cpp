@@ -142,6 +142,22 @@ int64_t count_senders(const Input& input, int64_t now_ns) {
 // A topic that has no name of its own to wait for is looked up among those that exist.
 bool is_fixed(const Input& input) { return !input.topic.empty(); }
 
+// What publishers of the domain write, by names without the prefix.
+std::vector<io::BagTopic> topics_of(const Discovery& discovery, const std::string& prefix) {
+  std::vector<io::BagTopic> topics;
+  for (const auto& [handle, endpoint] : discovery.endpoints())
+    if (endpoint.writes && endpoint.topic.starts_with(prefix + "/"))
+      topics.push_back({endpoint.topic.substr(prefix.size()), endpoint.type, "cdr"});
+  return topics;
+}
+
+void leave(Input& input) {
+  dds_delete(input.reader);
+  input.reader = 0;
+  input.topic.clear();
+  input.is_only_cloud = false;
+}
+
 }  // namespace
 
 struct Inputs::Waiting {
@@ -158,6 +174,7 @@ Inputs::Inputs(Participant& participant, Names& names, const io::Rig& rig, const
       session_(session),
       faults_(faults),
       name_space_(names.name_space()),
+      search_{.knows_all = false, .vehicle = {}},
       begin_ns_(steady_ns()) {
   for (const io::RigSensor& sensor : rig_.sensors) {
     clouds_.push_back(
@@ -197,22 +214,34 @@ void Inputs::subscribe(Input& input, const std::string& topic) {
 
 // Topics of the domain whose names begin with the prefix, by the rules for recordings (tools/io/bag_stream.h).
 void Inputs::find_topics(const Discovery& discovery, const std::string& prefix) {
-  std::vector<io::BagTopic> topics;
-  for (const auto& [handle, endpoint] : discovery.endpoints())
-    if (endpoint.writes && endpoint.topic.starts_with(prefix + "/"))
-      topics.push_back({endpoint.topic.substr(prefix.size()), endpoint.type, "cdr"});
-  const io::TopicRoles roles = io::find_topic_roles(topics, rig_);
+  const std::vector<io::BagTopic> topics = topics_of(discovery, prefix);
+  const io::TopicRoles roles = io::find_topic_roles(topics, rig_, search_);
   for (std::size_t i = 0; i < topics.size(); ++i) {
     const int32_t sensor = roles.sensor_of[i];
-    if (sensor < 0 || std::size_t(sensor) >= clouds_.size() || is_fixed(clouds_[std::size_t(sensor)])) continue;
-    subscribe(clouds_[std::size_t(sensor)], prefix + topics[i].name);
+    if (sensor < 0 || std::size_t(sensor) >= clouds_.size()) continue;
+    Input& cloud = clouds_[std::size_t(sensor)];
+    if (cloud.is_only_cloud) leave(cloud);  // a topic with the sensor's name has appeared
+    if (!is_fixed(cloud)) subscribe(cloud, prefix + topics[i].name);
   }
   if (roles.ego >= 0 && !is_fixed(poses_)) subscribe(poses_, prefix + topics[std::size_t(roles.ego)].name);
+}
+
+// One sensor and one cloud topic: no name is needed. Only after some time, when the others have been found, too.
+void Inputs::find_only_cloud(const Discovery& discovery) {
+  if (is_fixed(clouds_[0]) || steady_ns() - begin_ns_ < kStart_ns) return;
+  io::TopicSearch search;
+  const std::vector<io::BagTopic> topics = topics_of(discovery, "");
+  const io::TopicRoles roles = io::find_topic_roles(topics, rig_, search);
+  const auto found = std::find(roles.sensor_of.begin(), roles.sensor_of.end(), 0);
+  if (found == roles.sensor_of.end()) return;
+  subscribe(clouds_[0], topics[std::size_t(found - roles.sensor_of.begin())].name);
+  clouds_[0].is_only_cloud = true;
 }
 
 void Inputs::follow(const Discovery& discovery) {
   if (!name_space_.empty()) find_topics(discovery, name_space_);
   find_topics(discovery, "");
+  if (clouds_.size() == 1) find_only_cloud(discovery);
 }
 
 int64_t Inputs::take(int64_t now_ns) {
@@ -315,6 +344,8 @@ void Inputs::push_scan(Input& input, int32_t sensor, const ovt_points& points, i
                " raises it)",
            now_ns);
   }
+  if (points.count == 0)
+    faults_.note(input.part, "empty", Level::kWarning, "clouds on " + input.topic + " have no points", now_ns);
   const ovt_status status = session_.push_scan(points);
   if (status == OVT_DUPLICATE)
     refuse(input, "duplicate", "a scan has the stamp of the scan before: not used", now_ns);
@@ -388,7 +419,8 @@ int64_t Inputs::take_detections(int64_t now_ns) {
       const auto& at = row.bbox.center.position;
       const auto& turn = row.bbox.center.orientation;
       x[i] = at.x, y[i] = at.y;
-      heading[i] = io::rotation_of({at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w}).yaw_rad;
+      const double norm = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w;
+      heading[i] = norm > 0.5 ? io::rotation_of({at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w}).yaw_rad : unknown;
       length[i] = known(row.bbox.size.x), width[i] = known(row.bbox.size.y), height[i] = known(row.bbox.size.z);
       for (uint32_t k = 0; k < row.results._length; ++k) {
         const auto& result = row.results._buffer[k];
@@ -430,7 +462,8 @@ int64_t Inputs::take_clock(int64_t now_ns) {
 // the newest scan's arrival, so that no clock of this machine has to agree with the stamps.
 void Inputs::advance(int64_t now_ns) {
   const int64_t period_ns = rig_.period_ns();
-  const bool paused = now_ns - last_advance_ns_ > period_ns;  // then scans may wait that this process has not seen yet
+  // After a pause of this process, scans may wait that it has not seen yet.
+  const bool paused = now_ns - last_advance_ns_ > period_ns + kWait_ns;
   last_advance_ns_ = now_ns;
   if (!any_scan_ || paused) return;
   const int64_t elapsed_ns = use_sim_time_ ? sim_ns_ - newest_scan_ns_ : now_ns - newest_arrival_ns_;

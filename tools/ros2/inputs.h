@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tools/client/session.h"
+#include "tools/io/bag_stream.h"
 #include "tools/io/rig.h"
 #include "tools/ros2/faults.h"
 #include "tools/ros2/names.h"
@@ -22,12 +23,15 @@
 
 namespace overtake::ros2 {
 
+inline constexpr int64_t kWait_ns = 20'000'000;  // the node waits for samples at most so long, then calls advance
+
 // One subscription, from the search for its topic on.
 struct Input {
   std::string part;                 // in faults: "front", "ego", "detections", "clock"
   std::string type;                 // as ROS 2 writes it
   std::vector<std::string> wanted;  // names that it may have; a * stands for any text
   std::string topic;                // "": not found yet
+  bool is_only_cloud = false;       // the topic has no wanted name; it was the only one of a cloud
   bool needed = true;               // its absence is a fault
   dds_entity_t reader = 0;
   uint32_t publishers = 0;
@@ -58,7 +62,7 @@ class Inputs {
   Inputs(const Inputs&) = delete;
   Inputs& operator=(const Inputs&) = delete;
 
-  // Subscribes to topics that have appeared.
+  // Subscribes to topics that have appeared. Often enough also without news: time counts, too.
   void follow(const Discovery& discovery);
   // Takes all samples: poses first, because a frame uses the poses pushed before its last scan. Returns how many.
   int64_t take(int64_t now_ns);
@@ -79,6 +83,7 @@ class Inputs {
   struct Waiting;  // a scan that was taken and not pushed yet
   void subscribe(Input& input, const std::string& topic);
   void find_topics(const Discovery& discovery, const std::string& prefix);
+  void find_only_cloud(const Discovery& discovery);
   int64_t take_clouds(std::size_t cloud, int64_t now_ns);
   int64_t take_poses(int64_t now_ns);
   int64_t take_detections(int64_t now_ns);
@@ -99,6 +104,7 @@ class Inputs {
   cli::Session& session_;
   Faults& faults_;
   std::string name_space_;
+  io::TopicSearch search_;
   std::vector<Input> clouds_;
   std::vector<std::deque<Waiting>> waiting_;  // by cloud
   std::vector<std::string> how_;

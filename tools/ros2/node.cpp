@@ -19,7 +19,6 @@ namespace overtake::ros2 {
 namespace {
 
 constexpr int64_t kSecond_ns = 1'000'000'000;
-constexpr int64_t kWait_ns = 20'000'000;    // at most, for samples: Ctrl-C and the time need attention, too
 constexpr int64_t kWatch_ns = 100'000'000;  // between two looks at the faults
 
 int64_t system_ns() {
@@ -57,6 +56,7 @@ class Node {
       inputs_.advance(now_ns);
       if (now_ns - watched_ns >= kWatch_ns) {
         watched_ns = now_ns;
+        inputs_.follow(discovery_);
         inputs_.watch(discovery_, now_ns);
         watch_outputs(now_ns);
       }
@@ -151,6 +151,7 @@ class Node {
     static constexpr Flag kFlags[] = {
         {OVT_FLAG_CLOCK_JUMP, "jump", Level::kWarning, "the stamps of the sensors jumped: the tracker started again"},
         {OVT_FLAG_EGO_STALE, "stale ego", Level::kWarning, "the ego pose is older than 100 ms"},
+        {OVT_FLAG_NO_DATA, "no data", Level::kError, "no scan of a frame has a usable point: this is not 'all clear'"},
         {OVT_FLAG_CLOUD_DEGRADED, "degraded", Level::kWarning, "a scan has more bad points than good ones"},
         {OVT_FLAG_EGO_OFF_MAP, "off map", Level::kError, "the ego vehicle is outside of the map: the map is not used"},
         {OVT_FLAG_SENSOR_MISSING, "missing", Level::kWarning, "frames lack a sensor"},

@@ -168,7 +168,9 @@ void Outputs::publish(ovt_reader* reader) {
     frames = frames_;
   }
   const std::string& frame = info.reference == OVT_REFERENCE_MAP ? frames.map : frames.vehicle;
-  if (has_readers(detections_) && info.sensor_mask != 0) publish_detections(info, rows, frames);
+  // An empty list says "all clear"; it has no flag that could say otherwise.
+  const bool has_looked = info.sensor_mask != 0 && (info.flags & OVT_FLAG_NO_DATA) == 0;
+  if (has_readers(detections_) && has_looked) publish_detections(info, rows, frames);
   if (has_readers(tracks_)) publish_tracks(info, tracks, frame);
   publish_numbered(tracks, frame);
   if (has_readers(markers_)) publish_markers(info, rows, tracks, frames);

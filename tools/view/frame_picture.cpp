@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tools/client/console.h"
+#include "tools/client/result_files.h"
 #include "tools/client/session.h"
 #include "tools/io/lettering.h"
 #include "tools/view/canvas.h"
@@ -31,9 +32,9 @@ struct EgoFrame {
       : in_map(info.reference == OVT_REFERENCE_MAP),
         x_m(info.ego_x_m),
         y_m(info.ego_y_m),
-        c(std::cos(info.ego_yaw_rad)),
-        s(std::sin(info.ego_yaw_rad)),
-        yaw_rad(info.ego_yaw_rad) {}
+        c(std::cos(cli::vehicle_yaw_rad(info))),
+        s(std::sin(cli::vehicle_yaw_rad(info))),
+        yaw_rad(cli::vehicle_yaw_rad(info)) {}
   PlanePoint place(double x, double y) const {
     if (!in_map) return {x, y};
     const double dx = x - x_m, dy = y - y_m;

@@ -133,6 +133,8 @@ def simulate(scenario, seed=1, out=None, *, seconds=None, ego=None, workers=0, f
     removed with the Race and what reads it (about 7 MB a frame for three sensors of 27 thousand points). seconds: end
     earlier. ego: the car that carries the sensors. The log is byte for byte that of `overtake simulate`.
     """
+    if seconds is not None and not seconds >= 0.05:
+        raise ValueError(f"seconds: 0.05 or more is needed, not {seconds}")
     folder = None
     if out is None:
         folder = tempfile.mkdtemp(prefix="overtake_")

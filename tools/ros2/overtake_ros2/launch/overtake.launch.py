@@ -19,8 +19,10 @@ SHARE = get_package_share_directory('overtake_ros2')
 def start_node(context):
     def value(name):
         return LaunchConfiguration(name).perform(context)
-    words = [value('program'), 'node', '--rig', value('rig'), '--preset', value('preset')]
-    for option in ('map', 'config', 'namespace'):
+    words = [value('program'), 'node']
+    if not value('rig') and not value('config'):
+        words += ['--rig', 'racecar']
+    for option in ('rig', 'preset', 'map', 'config', 'namespace'):  # an option has the last word, so none by default
         if value(option):
             words += [f'--{option}', value(option)]
     for remap in value('remap').split():
@@ -31,7 +33,7 @@ def start_node(context):
 
 
 def generate_launch_description():
-    arguments = [('program', 'overtake'), ('rig', 'racecar'), ('preset', 'best'), ('map', ''), ('config', ''),
+    arguments = [('program', 'overtake'), ('rig', ''), ('preset', ''), ('map', ''), ('config', ''),
                  ('namespace', ''), ('remap', ''), ('use_sim_time', 'false'), ('rviz', 'false')]
     return LaunchDescription(
         [DeclareLaunchArgument(name, default_value=default) for name, default in arguments] +
