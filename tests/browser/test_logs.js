@@ -234,6 +234,44 @@ module.exports = {
     assert.ok(shown >= kPlaces * 0.6 && told >= 1, `${shown} shown, ${told} told`);
   },
 
+  "damage: a log without its index shows what the whole log shows, and says only what the log lacks": async (
+      { browser, logs, work, view }) => {
+    const cut = (from, name) => {
+      fs.writeFileSync(path.join(work, name), fs.readFileSync(from).subarray(0, -3));
+      return path.join(work, name);
+    };
+    const look = async (file) => {
+      const { page, errors } = await open(browser, (await view(file)).url, "images=front,range");
+      await until(page, () => overtake.app.logs[0].tableComplete && overtake.app.underWay.size === 0);
+      await settle(page);
+      const seen = await page.evaluate(() => { const { app, view } = overtake, [{ info, frame }] = app.logs;
+          return { kind: info.kind, sensors: info.sensors, images: info.images, map: info.map.length,
+          topics: info.topics.map((t) => t.topic), panel: !document.querySelector(".images").hidden, at: app.at,
+          shown: frame.images.map((i) => `${i.sensor} ${i.name}`), counts: { ...view.scenes[0].counts, trails: 0 },
+          mounts: frame.clouds.map((c) => c.vehicleFromSensor), ego: frame.ego }; });
+      assert.deepStrictEqual(errors, []);
+      const told = await faults(page);
+      await page.close();
+      return { seen, told };
+    };
+    const whole = await look(logs.b), without = await look(cut(logs.b, "no_index.mcap"));
+    assert.ok(whole.seen.panel && whole.seen.map > 0 && whole.seen.shown.length === 1, JSON.stringify(whole.seen));
+    assert.deepStrictEqual(without.seen, whole.seen);
+    assert.deepStrictEqual(without.told.map((t) => t.slice(0, 34)), ["damaged: The log has no index: it "]);
+    // What the log does lack is told at the end of the walk.
+    const bare = path.join(work, "bare.mcap");
+    await rewrite(logs.short, bare, (log) => {
+      const lacks = (m) => { const { topic, schema } = log.channels.get(m.channel);
+          return topic === "/map" || schema === "foxglove.RawImage"; };
+      for (const f of log.frames) f.messages = f.messages.filter((m) => !lacks(m));
+      for (const id of [...log.channels.keys()]) if (lacks({ channel: id })) log.channels.delete(id);
+      return log;
+    });
+    const { told } = await look(cut(bare, "no_index.mcap"));
+    assert.deepStrictEqual(told.slice(1), ["notice: The log has no images (`--mcap-images none`).",
+        "notice: The log has no map."]);
+  },
+
   "damage: a flipped byte in each of many places is told, and the rest is shown": async (
       { browser, logs, work, view }) => {
     const whole = fs.readFileSync(logs.short), file = path.join(work, "flipped.mcap");

@@ -160,6 +160,7 @@ export class App implements Listener {
   get takesLiveFrames(): boolean { return this.playing; }
   opened(log: LogView): void {
     for (const text of log.info?.missing ?? []) this.fault(log, "notice", text);
+    if (!this.live) this.request();  // a walk found more of the log: it may be in the shown frame
     this.changed("info");
   }
   tableChanged(log: LogView): void {

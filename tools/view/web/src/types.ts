@@ -123,7 +123,7 @@ export type ToWorker =
   | { type: "history"; center: number; all: boolean };
 
 export type FromWorker =
-  | { type: "opened"; info: LogInfo }
+  | { type: "opened"; info: LogInfo }  // again when a walk over a log without index found more
   | { type: "table"; table: FrameTable; complete: boolean; forgotten?: number }  // forgotten: first rows that left it
   | { type: "progress"; what: string; share: number }
   | { type: "frame"; id: number; frame: Frame; traffic: Traffic }

@@ -20,6 +20,7 @@ export class LogReader {
   private statics: Transform[] = [];
   private reference: Channel | undefined;   // its stamps are the frames'
   private indexer: AsyncGenerator<number> | null = null;
+  private describedChannels = 0;            // channels that were known to describe()
   private tablePosted_ms = 0;
   private readonly scanned = new Set<Chunk>();
   private readonly inHistory = new Set<number>();
@@ -38,6 +39,8 @@ export class LogReader {
     return { requests: this.log.file.requests, bytes: this.log.file.bytes, opened: this.openedTraffic };
   }
   private get stamps(): ArrayLike<bigint> { return this.table?.stamps ?? this.builder.stamps; }
+  // What the log or a frame seems to lack may follow.
+  private get isWalking(): boolean { return this.log.cut !== null && this.indexer !== null; }
 
   async open(): Promise<void> {
     await this.log.open();
@@ -63,7 +66,7 @@ export class LogReader {
       }
     }
     if (!this.reference && !this.table) throw new Fault("unknown", this.describeUnknown());
-    this.info = await this.describe();
+    await this.describe();
     this.openedTraffic = { requests: this.log.file.requests, bytes: this.log.file.bytes };
     this.post({ type: "opened", info: this.info });
     this.post({ type: "traffic", traffic: this.traffic });
@@ -99,7 +102,8 @@ export class LogReader {
           channels.find((c) => kCloudSchemas.includes(c.schema));
   }
 
-  private async describe(): Promise<LogInfo> {
+  private async describe(): Promise<void> {
+    this.describedChannels = this.log.channels.size;
     const channels = [...this.log.channels.values()].sort((a, b) => a.topic.localeCompare(b.topic));
     const clouds = channels.filter((c) => kCloudSchemas.includes(c.schema) && !c.topic.startsWith("/truth"));
     const has = (schema: string): boolean => channels.some((c) => c.schema === schema);
@@ -126,11 +130,12 @@ export class LogReader {
     if (unknown.length > 0)
       missing.push(`The page does not draw ${unknown.length === 1 ? "the topic"
           : "the topics"} ${unknown.map((c) => `${c.topic} (${c.schema || c.encoding})`).slice(0, 8).join(", ")}.`);
-    return { name: this.entry.name, bytes: Number(this.entry.bytes), kind,
+    this.info = { name: this.entry.name, bytes: Number(this.entry.bytes), kind,
         sensors: clouds.map((c) => sensorOf(c.topic)), images,
              topics: channels.map((c) => ({ topic: c.topic, schema: c.schema, encoding: c.encoding,
                  messages: c.messages, group: "" })),
-             config: config && decodeText(config), metadata: this.log.metadata, map: map ?? [], missing, live: false };
+             config: config && decodeText(config), metadata: this.log.metadata, map: map ?? [],
+             missing: this.isWalking ? [] : missing, live: false };
   }
 
   private async readMap(): Promise<Float64Array[]> {
@@ -181,6 +186,7 @@ export class LogReader {
     const byTopic: TopicMessage[] = near.map((m) => ({ ...wanted.get(m.channel)!, data: m.data }));
     const frame = buildFrame(index, stamp, byTopic, this.statics);
     this.nextChunk = stamp;
+    if (this.isWalking) frame.missing = [];
     frame.read_ms = performance.now() - begin_ms;
     return frame;
   }
@@ -209,6 +215,10 @@ export class LogReader {
     if (this.indexer) {
       const next = await this.indexer.next();
       if (next.done) this.indexer = null;
+      if (this.log.cut !== null && (next.done || this.log.channels.size > this.describedChannels)) {
+        await this.describe();
+        this.post({ type: "opened", info: this.info });
+      }
       this.postTable(this.indexer === null);
       this.post({ type: "progress", what: "reading the index", share: next.done ? 1 : next.value });
       return true;

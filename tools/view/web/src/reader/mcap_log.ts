@@ -125,9 +125,18 @@ export class McapLog {
       offset += 9 + length;
       if (op === kMessageIndex) {
         const chunk = this.chunks[this.chunks.length - 1];
-        if ([...chunk.channels].some((id) => !this.channels.has(id))) await this.messagesIn(chunk).catch(ifDamaged);
+        if ([...chunk.channels].some((id) => !this.channels.has(id))) await this.learnChannels(chunk);
         yield offset / size;
       }
+    }
+  }
+
+  // All channels of a chunk whose indexes are only partly walked.
+  private async learnChannels(chunk: Chunk): Promise<void> {
+    try {
+      for (const { channel } of await this.messagesIn(chunk)) chunk.channels.add(channel);
+    } catch (error) {
+      ifDamaged(error);
     }
   }
 
