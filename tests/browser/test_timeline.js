@@ -179,6 +179,37 @@ module.exports = {
     assert.strictEqual(await page.evaluate(() => document.querySelector(".chip").textContent), "1 scan lost");
   },
 
+  "time line: a paused live page keeps its frame, with entry and trails, while the first rows leave the table": async (
+      { browser, logs, view }) => {
+    const { page, errors } = await open(browser, (await view(logs.b)).url, "images=none");
+    await goto(page, 30);
+    await until(page, () => overtake.app.logs[0].history.size > 30 && overtake.app.changes.size === 0);
+    const look = () => page.evaluate(() => { const { app, view } = overtake, [log] = app.logs;
+        return { at: app.at, index: log.frame.index, shown: String(log.frame.stamp), entry: String(app.entry?.stamp),
+        header: document.querySelector(".facts").textContent, trails: view.scenes[0].segmentsOf("trails"),
+        tracks: view.scenes[0].counts.tracks, faults: app.faults.map((f) => f.text) }; });
+    const before = await look();
+    assert.ok(before.trails === 30 && before.tracks === 1 && before.faults.length === 0, JSON.stringify(before));
+    // The messages of a live run whose table forgets rows: the table without them, then the history of a new frame.
+    const forget = async (count) => {
+      await page.evaluate((n) => {
+        const { app } = overtake, [log] = app.logs, table = { ...log.table };
+        app.live = true;
+        for (const [key, values] of Object.entries(table)) if (ArrayBuffer.isView(values)) table[key] = values.slice(n);
+        log.receive({ type: "table", table, complete: true, forgotten: n });
+        log.receive({ type: "history", rows: [], share: 1 });
+      }, count);
+      await until(page, () => overtake.app.changes.size === 0);
+      return look();
+    };
+    assert.deepStrictEqual(await forget(12), { ...before, at: 18, index: 18, trails: 18,
+        header: before.header.replace("frame 30 of 40", "frame 18 of 28") });
+    // The shown frame is among the next ones.
+    assert.deepStrictEqual(await forget(20), { ...before, at: -1, index: -2, entry: "undefined", header: "",
+        trails: 0 });
+    assert.deepStrictEqual(errors, []);
+  },
+
   "address: it holds frame, camera, colour, layers, panels and selection, and brings them back": async (
       { browser, logs, view }) => {
     const { url } = await view(logs.b), { page } = await open(browser, url);

@@ -163,7 +163,8 @@ export class App implements Listener {
     if (!this.live) this.request();  // a walk found more of the log: it may be in the shown frame
     this.changed("info");
   }
-  tableChanged(log: LogView): void {
+  tableChanged(log: LogView, forgotten: number): void {
+    if (forgotten > 0) this.at = Math.max(-1, this.at - forgotten), this.changed("clock");
     const stamp = this.entry?.stamp ?? null;
     if (this.live || this.logs.every((l) => l.table)) this.entries = pairFrames(this.logs.map((l) => l.table));
     this.changed("table");

@@ -7,7 +7,7 @@ import type { FaultKind, Frame, FrameTable, FromWorker, LogEntry, LogInfo, ToWor
 export interface Listener {
   readonly takesLiveFrames: boolean;  // false: paused
   opened(log: LogView): void;
-  tableChanged(log: LogView): void;
+  tableChanged(log: LogView, forgotten: number): void;
   frameArrived(log: LogView, live: boolean): void;
   reset(log: LogView): void;
   historyGrew(log: LogView): void;
@@ -75,7 +75,9 @@ export class LogView {
       case "opened": this.info = message.info; this.listener.opened(this); break;
       case "table":
         if (message.forgotten) this.forget(message.forgotten);
-        this.table = message.table; this.tableComplete = message.complete; this.listener.tableChanged(this); break;
+        this.table = message.table; this.tableComplete = message.complete;
+        this.listener.tableChanged(this, message.forgotten ?? 0);
+        break;
       case "progress": this.listener.progress(this, message.what, message.share); break;
       case "traffic": this.traffic = message.traffic; break;
       case "frame":
@@ -102,11 +104,12 @@ export class LogView {
     }
   }
 
-  // The first rows left the table of a live run.
+  // The first rows left the table of a live run. A shown frame that is among them stays, with a negative index.
   private forget(count: number): void {
     const kept = [...this.history].filter(([index]) => index >= count);
     this.history.clear();
     for (const [index, rows] of kept) this.history.set(index - count, rows);
+    if (this.frame) this.frame.index -= count;
   }
 
   private receiveFrame(message: Extract<FromWorker, { type: "frame" | "noframe" }>): void {
