@@ -210,6 +210,29 @@ module.exports = {
     assert.deepStrictEqual(errors, []);
   },
 
+  "time line: the shown stamp's frame in the second log is read when that log's index reaches it": async (
+      { browser, logs, view }) => {
+    const { page, errors } = await open(browser, (await view(logs.a, logs.b)).url, "images=none");
+    const tables = (frames) => page.evaluate((count) => {
+      const [, log] = overtake.app.logs, table = window.whole ??= log.table;
+      log.receive({ type: "table", table: { ...table, stamps: table.stamps.slice(0, count) }, complete: count === 40 });
+    }, frames);
+    const shown = async () => {
+      await until(page, () => overtake.app.changes.size === 0 && overtake.app.logs.every((l) => !l.isBusy));
+      return page.evaluate(() => ({ at: overtake.app.at, frames: overtake.app.logs.map((l) => l.frame?.index ?? null),
+          none: [...document.querySelectorAll(".label.corner")].some((l) => !l.hidden &&
+              l.textContent === "no frame of this log here") }));
+    };
+    await tables(8);
+    await goto(page, 30);
+    assert.deepStrictEqual(await shown(), { at: 30, frames: [30, null], none: true });
+    await tables(24);
+    assert.deepStrictEqual(await shown(), { at: 30, frames: [30, null], none: true });
+    await tables(40);
+    assert.deepStrictEqual(await shown(), { at: 30, frames: [30, 30], none: false });
+    assert.deepStrictEqual(errors, []);
+  },
+
   "address: it holds frame, camera, colour, layers, panels and selection, and brings them back": async (
       { browser, logs, view }) => {
     const { url } = await view(logs.b), { page } = await open(browser, url);

@@ -165,12 +165,14 @@ export class App implements Listener {
   }
   tableChanged(log: LogView, forgotten: number): void {
     if (forgotten > 0) this.at = Math.max(-1, this.at - forgotten), this.changed("clock");
-    const stamp = this.entry?.stamp ?? null;
+    const shown = this.entry;
     if (this.live || this.logs.every((l) => l.table)) this.entries = pairFrames(this.logs.map((l) => l.table));
     this.changed("table");
     if (this.entries.length === 0 || this.live) return;
-    if (stamp !== null) {
-      this.at = nearestEntry(this.entries, stamp);
+    if (shown) {
+      this.at = nearestEntry(this.entries, shown.stamp);
+      const { frames } = this.entries[this.at];
+      if (frames.some((frame, i) => frame !== shown.frames[i])) this.request();  // another log has the stamp, too
     } else if (this.startAt === null || log.tableComplete || this.startAt <= this.last) {
       if (this.startAt === null) this.goto(0);
       else this.gotoStamp(this.startAt);
