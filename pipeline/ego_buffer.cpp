@@ -201,6 +201,18 @@ int64_t EgoBuffer::first_run_after(const EgoRange& range, int64_t run) const noe
   return begin;
 }
 
+int64_t EgoBuffer::gaps_after(const EgoRange& range, int64_t run) const noexcept {
+  const int64_t oldest = oldest_safe(range);
+  int64_t sum_ns = 0;
+  for (int64_t end = range.count; end > oldest && run_at(end - 1) > run;) {
+    end = run_at(end - 1);
+    if (end <= oldest) return INT64_MAX;
+    const int64_t step_ns = difference_ns(stamp_at(end), stamp_at(end - 1));
+    sum_ns = step_ns > INT64_MAX - sum_ns ? INT64_MAX : sum_ns + step_ns;
+  }
+  return sum_ns;
+}
+
 void EgoBuffer::copy_window(const EgoRange& range, int64_t first_ns, int64_t last_ns,
                             EgoWindow& window) const noexcept {
   const int64_t count = range.count;

@@ -78,6 +78,8 @@ class EgoBuffer {
   int64_t run_at(int64_t index) const noexcept { return ring_[index % capacity_].run; }
   // Consumer: index of the first pose of the first run after `run` in the range.
   int64_t first_run_after(const EgoRange& range, int64_t run) const noexcept;
+  // Consumer: the steps of the stamps at the begins of these runs, in sum; INT64_MAX if one is no longer known.
+  int64_t gaps_after(const EgoRange& range, int64_t run) const noexcept;
   // Consumer: copies the poses of the range from kReachNs before first_ns to kReachNs after last_ns, with one more on
   // each side. If they are too many, it copies the newest.
   void copy_window(const EgoRange& range, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept;

@@ -272,16 +272,22 @@ EgoRange FrameAssembler::watch_ego(const EgoRange& range, Frame& frame) noexcept
   if (range.count > ego_.oldest_safe(range)) {
     const int64_t now_ns = clock_.any() ? clock_.newest_ns() : frame.stamp_ns;
     const int64_t lead_ns = difference_ns(ego_.stamp_at(range.count - 1), now_ns), run = ego_.run_at(range.count - 1);
-    const bool stepped = watch.frames > 0 && run > watch.believed_run;
+    const bool stepped =
+        watch.frames > 0 && run > watch.believed_run && ego_.gaps_after(range, watch.believed_run) > clock_.near_ns();
     const bool in_sequence = frame.kind != FrameKind::kPrediction && !(frame.flags & OVT_FLAG_OUT_OF_SEQUENCE);
-    if (in_sequence && !stepped && watch.frames < EgoWatch::kLearnFrames) {
-      watch.usual_lead_ns = watch.frames == 0 ? lead_ns : std::max(watch.usual_lead_ns, lead_ns);
-      ++watch.frames;
-    }
     if (in_sequence) {
-      const bool ahead = watch.frames > 0 && difference_ns(lead_ns, watch.usual_lead_ns) > clock_.near_ns();
+      if (!stepped && watch.frames < EgoWatch::kLearnFrames) watch.learn(lead_ns);
+      const int64_t usual_ns = stepped ? std::max(watch.usual_lead_ns, watch.seen_lead_ns) : watch.usual_lead_ns;
+      const bool ahead = watch.frames > 0 && difference_ns(lead_ns, usual_ns) > clock_.near_ns();
       watch.ahead = ahead ? std::min(watch.ahead + 1, EgoWatch::kDriftFrames) : 0;
-      if (!ahead) watch.believed_run = std::max(watch.believed_run, run);
+      if (!ahead || !stepped) {
+        watch.believed_run = std::max(watch.believed_run, run);
+        watch.see(lead_ns, clock_.near_ns() / EgoWatch::kSinkFrames);
+        watch.doubts = 0;
+      } else if (watch.is_unsure() && ++watch.doubts >= EgoWatch::kLearnFrames) {
+        watch = {.believed_run = run, .refused = watch.refused, .count = watch.count, .named = 3};
+        watch.learn(lead_ns);
+      }
     }
     const bool step_ahead = watch.ahead > 0 && stepped;
     if (step_ahead) used.count = ego_.first_run_after(range, watch.believed_run);

@@ -64,18 +64,35 @@ struct Settled {
   int32_t external_used = 0, external_dropped = 0;
 };
 
-// Compares ego poses with the sensors' time, frame by frame. Poses that stepped ahead (a run of the buffer) are trusted
-// when they lead the sensors by no more than earlier poses did.
+// Compares ego poses with the sensors' time, frame by frame. Lead: the newest pose minus the sensors' newest stamp. It
+// also grows when scans come later than before, so poses are refused only if a step of their own stamps explains it.
+// Poses that stepped ahead (a run of the buffer) are trusted when their lead is no larger than that of earlier poses.
 struct EgoWatch {
   static constexpr int32_t kLearnFrames = 16;
   static constexpr int32_t kDriftFrames = 8;  // a single frame may have been processed out of order
+  static constexpr int32_t kSinkFrames = 32;  // a lead that was seen is forgotten in this time for each near_ns of it
   int32_t frames = 0;                         // frames used to learn the usual lead
-  int64_t usual_lead_ns = 0;  // newest pose minus the sensors' newest stamp: largest value of the first frames
-  int64_t believed_run = -1;  // runs up to this one are trusted
-  int32_t ahead = 0;          // frames in a row with a larger lead than usual
-  int64_t refused = 0;        // poses that the buffer had refused by the last frame
-  int64_t count = 0;          // poses up to the last frame
-  int32_t named = 0;          // frames until the poses are no longer suspect
+  int64_t usual_lead_ns = 0;                  // largest value of the first frames; at least 0: late poses teach nothing
+  int64_t last_lead_ns = INT64_MIN;           // of the last frame with trusted poses
+  int64_t seen_lead_ns = 0;                   // that two frames in a row had; sinks from frame to frame
+  int64_t believed_run = -1;                  // runs up to this one are trusted
+  int32_t ahead = 0;                          // frames in a row with a larger lead than usual
+  int32_t doubts = 0;                         // frames in a row that refuse poses although little was learned
+  bool was_late = false;                      // in all of the first frames the poses were stale
+  int64_t refused = 0;                        // poses that the buffer had refused by the last frame
+  int64_t count = 0;                          // poses up to the last frame
+  int32_t named = 0;                          // frames until the poses are no longer suspect
+
+  void learn(int64_t lead_ns) noexcept {
+    was_late = (was_late || frames == 0) && lead_ns < -kEgoFreshNs;
+    usual_lead_ns = std::max(usual_lead_ns, lead_ns);
+    ++frames;
+  }
+  void see(int64_t lead_ns, int64_t sink_ns) noexcept {
+    seen_lead_ns = std::max({std::min(lead_ns, last_lead_ns), seen_lead_ns - sink_ns, int64_t(0)});
+    last_lead_ns = lead_ns;
+  }
+  bool is_unsure() const noexcept { return frames < kLearnFrames || was_late; }
 };
 
 class FrameAssembler {
