@@ -26,9 +26,9 @@ struct Drive {
     int64_t at(int64_t t) const { return t >= from && t < to ? by : 0; }
   };
   Span scans_later = {}, poses_later = {};  // they arrive later by this
-  Span poses_older = {};               // their stamps are too old
-  Span poses_ahead = {};               // their clock is ahead
-  Span poses_lost = {};                // `by` is 1
+  Span poses_older = {};                    // their stamps are too old
+  Span poses_ahead = {};                    // their clock is ahead
+  Span poses_lost = {};                     // `by` is 1
 };
 
 struct Frames {
@@ -126,9 +126,8 @@ TEST_CASE("ego clock: poses that arrive late at the start are used when they com
 TEST_CASE("ego clock: scans that come later are no step of the ego clock, also when poses are lost") {
   for (const int64_t lost_ms : {0, 40, 110, 300, 460}) {
     CAPTURE(lost_ms);
-    const Frames frames = drive({.end = 14'000,
-                                 .scans_later = {3'000, 10'000, 100},
-                                 .poses_lost = {4'000, 4'000 + lost_ms, 1}});
+    const Frames frames =
+        drive({.end = 14'000, .scans_later = {3'000, 10'000, 100}, .poses_lost = {4'000, 4'000 + lost_ms, 1}});
     CHECK(frames.without_ego(200) == 0);
     CHECK(frames.suspect(200) > 100);  // one of the two clocks does not fit
     CHECK(frames.suspect(11'000) == 0);

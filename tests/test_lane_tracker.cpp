@@ -473,6 +473,25 @@ TEST_CASE("lane tracker: a car that is lost off the map goes on, also when its c
   CHECK(e.mean.x_m == doctest::Approx(kSpeed_mps * kLast * kFrame_s).epsilon(0.1));
 }
 
+TEST_CASE("lane tracker: a car that stands at exactly one place for an hour keeps its track") {
+  LaneBench bench;
+  bench.input.ego = {true, -30, 0, 0, 0};
+  Measurement z = seen_car(1.5, -2.25, 0);
+  z.points = 0, z.var_x = z.var_y = 0.04;
+  TrackId id = kNobody;
+  int32_t others = 0;
+  for (int32_t k = 0; k < 72'000; ++k) {
+    z.stamp_ns = seen_car(0, 0, k).stamp_ns;
+    const TrackId taken = bench.step(k, {z})[0];
+    if (k == 0) id = taken;
+    others += taken != id;
+  }
+  CHECK(others == 0);
+  CHECK(bench.is_confirmed());
+  CHECK(bench.state().estimate.mean.speed_mps == 0);
+  CHECK(bench.state().estimate.covariance[0][0] < 1);
+}
+
 TEST_CASE("lane tracker: a track of one row waits where it is, and its place spreads to all sides") {
   LaneBench bench;
   bench.input.ego.known = false;

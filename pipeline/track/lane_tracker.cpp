@@ -59,9 +59,8 @@ constexpr int32_t kHeadingMisses = 3;      // this many contradictions in a row 
 constexpr int32_t kTurnedVotes = 3;        // so many more detections with the front at the other end turn it round
 constexpr double kSlip_rad = 0.05;         // between the course and the axis of a car that drives
 
-// A track begins so where neither map nor ego vehicle tells its course: it stays where it is, and its place spreads to
-// all sides until the second measurement. A track that drives goes on, however uncertain its course has become.
-bool is_course_unknown(const TrackEstimate& e) { return e.covariance[3][3] >= kPi * kPi && e.mean.speed_mps == 0.0; }
+// Where neither map nor ego vehicle tells the course of a new track, it stays where it is, and its place spreads to all
+// sides until the second measurement.
 void spread(TrackEstimate& e, double sigma_mps, double from_s, double to_s) {
   const double more = sigma_mps * sigma_mps * (to_s * to_s - from_s * from_s);
   e.covariance[0][0] += more;
@@ -182,7 +181,7 @@ bool LanePolicy::comes_to_rest(const State& s) const noexcept {
 void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcept {
   if (dt_s == 0.0) return;
   forward_in_time = forward_in_time && dt_s > 0.0;
-  if (is_course_unknown(s.estimate)) {
+  if (!s.has_course) {
     if (!forward_in_time) return;
     spread(s.estimate, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
     s.unseen_s += dt_s;
@@ -237,7 +236,7 @@ LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noex
 
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
   Estimate e = {s.estimate, s.stage == LaneStage::kLost};
-  if (is_course_unknown(e)) {
+  if (!s.has_course) {
     if (dt_s > 0.0) spread(e, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
     return e;
   }
@@ -279,7 +278,7 @@ bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) con
 // that may be far from its car's.
 bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
   cost = kAloneCost;
-  return only_rows_ || is_course_unknown(s.estimate);
+  return only_rows_ || !s.has_course;
 }
 
 Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it,
@@ -376,8 +375,8 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   const bool is_known = innovate(s.estimate, wide, &innovation);
   score_hit(slot, s, z, is_known ? &innovation : nullptr);
   if (is_known) watch_for_manoeuvre(s, wide, dt_s);
-  if (is_course_unknown(s.estimate) && s.unseen_s > 0.0)
-    find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
+  if (!s.has_course && s.unseen_s > 0.0)
+    s.has_course = find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
   else
     update_on_lane(s.estimate, wide);
   measure_front(s, z);
@@ -422,6 +421,7 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   cov[2][2] = sigma_v * sigma_v;
   cov[3][3] = sigma_phi * sigma_phi;
   cov[4][4] = sigma_omega * sigma_omega;
+  s.has_course = sigma_phi < kPi || mean.speed_mps != 0.0;
   s.heading_rad = mean.course_rad;
   s.heading_var = cov[3][3] + kSlip_rad * kSlip_rad;
   measure_heading(s, z);
@@ -488,7 +488,7 @@ void LanePolicy::write_paths(std::span<const State> states, PathTable& t) const 
   for (const State& s : states) {
     const int32_t first = t.count;
     path_.write(s.estimate, path_of(s), s.segment, path_noise(s), t);
-    if (is_course_unknown(s.estimate)) spread_path(s, first, t);
+    if (!s.has_course) spread_path(s, first, t);
   }
 }
 

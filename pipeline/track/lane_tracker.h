@@ -43,7 +43,8 @@ struct LaneTrack {
   int32_t is_new = 0;          // 1: the last iteration confirmed it
   int32_t heading_misses = 0;  // measured headings in a row that contradict it
   int32_t turned_votes = 0;    // of detections: 1 with the front at the other end, else -1; not below 0
-  int32_t is_backwards = 0;    // 1: the heading at the last measured front was more than 90 deg from the course
+  int16_t has_course = 1;      // 0: nothing has told its course yet (see spread)
+  int16_t is_backwards = 0;    // 1: the heading at the last measured front was more than 90 deg from the course
   int32_t segment = -1;        // of the map, a hint
   int32_t asks_map = 0;        // 1: the last iteration could use the map
 };

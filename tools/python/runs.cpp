@@ -30,7 +30,8 @@ class Run {
       const double period_s = config_.params.frame_period_s;  // of the rig
       config_.params = py::cast<const ParamSet&>(params).values;
       config_.preset = config_.params.method;
-      if (config_.params.frame_period_s == ovt_default_params().frame_period_s) config_.params.frame_period_s = period_s;
+      if (config_.params.frame_period_s == ovt_default_params().frame_period_s)
+        config_.params.frame_period_s = period_s;
     }
     CopyOptions copies;
     copies.sensor_count = int32_t(config_.rig.sensors.size());
