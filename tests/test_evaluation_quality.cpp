@@ -417,4 +417,13 @@ TEST_CASE(
   CHECK(bare.tables.at("centres").rows() > 2);
   CHECK(bare.tables.at("detections").rows() > all.tables.at("detections").rows());  // no map gate
   CHECK(bare.tables.at("scans").cells == all.tables.at("scans").cells);
+
+  // With times and pictures: all but that of the race on its map.
+  options.only_figures = false, options.most_frames = 3, options.out = folder.path("whole");
+  REQUIRE(run_logs(options));
+  CHECK(run_of("whole", "paper").tables.at("times").rows() > 0);
+  const std::string pictures = options.out + "/runs/paper/bare/pictures/";
+  CHECK(std::filesystem::exists(pictures + "sensors.svg"));
+  CHECK_FALSE(std::filesystem::exists(pictures + "race.svg"));
+  CHECK_NOTHROW(write_report(options.out, false));
 }

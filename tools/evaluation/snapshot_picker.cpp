@@ -214,6 +214,7 @@ std::vector<NamedPicture> SnapshotPicker::finish() const {
                    {fits[0].at.stamp_ns, fits[1].at.stamp_ns, fits[2].at.stamp_ns}});
   out.push_back(
       {"sensors", draw_rig(log_.rig(), params_.vehicle_length_m, params_.vehicle_width_m), log_.rig().name, 0});
+  if (map_file_.empty()) return out;
   const io::MapData map = io::read_map(map_file_);
   if (!map.is_bounds())
     out.push_back({"race", draw_race(map, race_),
