@@ -12,11 +12,14 @@
 #include "tests/support/bags.h"
 #include "tests/support/recorded.h"
 #include "tests/support/temp_folder.h"
+#include "tools/io/bag_reader.h"
 #include "tools/io/bag_stream.h"
+#include "tools/io/bytes.h"
 #include "tools/io/cloud_message.h"
 #include "tools/io/formats.h"
 #include "tools/io/kitti_bin.h"
 #include "tools/io/line_recovery.h"
+#include "tools/io/mcap_format.h"
 #include "tools/io/pcd.h"
 #include "tools/io/recording.h"
 #include "tools/io/scan_stream.h"
@@ -121,6 +124,56 @@ TEST_CASE("bags: rosbag2 folders are read file by file, in the order of their nu
               part < 10 ? std::vector<Recorded>{messages[part]} : std::vector<Recorded>{});
   std::filesystem::remove(folder.path("bag/race_10.db3"));
   CHECK(hash_of_run(folder.path("bag"), rig) == hash_of_run(folder.path("pcd"), rig));
+}
+
+namespace {
+
+// Takes the channel of a topic out of a file's summary: its record there gets an opcode that readers skip.
+void hide_channel(const std::string& path, const std::string& topic) {
+  constexpr std::size_t kTail = 20 + 8;  // content of the footer, magic
+  std::string bytes = io::read_whole_file(path);
+  io::ByteReader footer(std::string_view(bytes).substr(bytes.size() - kTail));
+  const auto summary = std::size_t(footer.value<uint64_t>());
+  int32_t hidden = 0;
+  for (std::size_t at = summary; at < bytes.size() - kTail - io::kMcapRecordHead;) {
+    io::ByteReader head(std::string_view(bytes).substr(at + 1));
+    const auto size = std::size_t(head.value<uint64_t>());
+    const std::string_view content = std::string_view(bytes).substr(at + io::kMcapRecordHead, size);
+    if (io::McapOp(bytes[at]) == io::McapOp::kChannel && content.find(topic) != std::string_view::npos)
+      bytes[at] = '\x7f', ++hidden;
+    at += io::kMcapRecordHead + size;
+  }
+  REQUIRE(hidden == 1);
+  const uint32_t crc = io::update_crc32(0, std::string_view(bytes).substr(summary, bytes.size() - 12 - summary));
+  std::memcpy(bytes.data() + bytes.size() - 12, &crc, sizeof crc);
+  io::write_whole_file(path, bytes);
+}
+
+}  // namespace
+
+TEST_CASE("bags: a topic that the summaries of a folder's files lack is added when its first message comes") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("bag"));
+  for (const int32_t part : {0, 1}) {
+    const std::string path = folder.path("bag/race_" + std::to_string(part) + ".mcap");
+    std::vector<Recorded> messages = straight_drive("/ego/odometry", part * kPeriodNs, part * kPeriodNs + 20'000'000);
+    messages.push_back(straight_drive("/hidden", part * kPeriodNs, part * kPeriodNs)[0]);
+    write_mcap(path, messages);
+    hide_channel(path, "/hidden");
+  }
+  const auto bag = io::open_bag(folder.path("bag"));
+  CHECK(bag->topics().size() == 1);
+  std::map<std::string, int32_t> messages;
+  io::BagMessage message;
+  while (bag->next(message)) {
+    REQUIRE(std::size_t(message.topic) < bag->topics().size());
+    const io::BagTopic& topic = bag->topics()[std::size_t(message.topic)];
+    CHECK(topic.type == io::kOdometryName);
+    ++messages[topic.name];
+  }
+  CHECK(bag->damage() == "");
+  CHECK(bag->topics().size() == 2);  // one entry for both files
+  CHECK(messages == std::map<std::string, int32_t>{{"/ego/odometry", 6}, {"/hidden", 2}});
 }
 
 TEST_CASE("bags: topics are found by the rig's names; one * stands for the ego vehicle in all of them") {

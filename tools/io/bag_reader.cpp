@@ -33,7 +33,12 @@ class SplitBag : public BagReader {
   bool next(BagMessage& out) override {
     while (part_) {
       if (part_->next(out)) {
-        out.topic = find(part_->topics()[std::size_t(out.topic)].name);
+        const BagTopic& topic = part_->topics()[std::size_t(out.topic)];
+        out.topic = find(topic.name);
+        if (out.topic < 0) {  // the part's summary lacked it
+          out.topic = int32_t(topics_.size());
+          topics_.push_back(topic);
+        }
         out.number = number_++;
         return true;
       }

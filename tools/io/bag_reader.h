@@ -28,9 +28,10 @@ struct BagMessage {
 class BagReader {
  public:
   virtual ~BagReader() = default;
-  virtual bool next(BagMessage& out) = 0;                   // false: the end, or damage
-  virtual const std::vector<BagTopic>& topics() const = 0;  // all of them, from the start on
-  virtual const std::string& damage() const = 0;            // "": none so far
+  virtual bool next(BagMessage& out) = 0;  // false: the end, or damage
+  // All of them, from the start on; next() appends a topic that the file's summary lacks.
+  virtual const std::vector<BagTopic>& topics() const = 0;
+  virtual const std::string& damage() const = 0;  // "": none so far
   // The damage that ended the search for topics when the file was opened: topics() lacks the topics after it.
   virtual std::string damage_of_search() const { return ""; }
   virtual double progress() const = 0;       // share of the recording read, 0 to 1
