@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <filesystem>
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,13 +15,16 @@
 #include "tests/support/peak_memory.h"
 #include "tests/support/temp_folder.h"
 #include "tools/client/config.h"
+#include "tools/evaluation/simulated_log.h"
 #include "tools/io/box_file.h"
 #include "tools/io/ego_file.h"
 #include "tools/io/formats.h"
 #include "tools/io/image.h"
 #include "tools/io/kitti_tracking.h"
 #include "tools/io/map_file.h"
+#include "tools/io/mcap_writer.h"
 #include "tools/io/npy.h"
+#include "tools/io/ros_messages.h"
 #include "tools/io/scan_stream.h"
 #include "tools/io/urdf.h"
 #include "tools/sim/scenario.h"
@@ -186,6 +190,58 @@ void break_unchecked_mcap(int32_t files) {
   }
 }
 
+// A log as overtake simulate writes it, without a map, of one sensor; `change` makes the clouds of the truth wrong.
+void write_simulated(const std::string& path, const std::function<void(io::PointCloud2&)>& change) {
+  io::McapOptions options;
+  options.crc = options.index = false;  // changed bytes reach the decoders
+  options.compression = "none";
+  io::McapWriter log(path, options);
+  log.add_metadata("overtake", {{"without", "map"}});
+  log.add_attachment("rig.toml", "application/toml", io::format_rig(swept_rig(kLines)));
+  const uint16_t mounting =
+      log.add_channel(log.add_schema(io::kTransformsName, "ros2msg", io::kTransformsSchema), "/tf_static", "cdr");
+  log.write(mounting, 0, io::encode_transforms({}));
+  const uint16_t clouds = log.add_schema(io::kPointCloud2Name, "ros2msg", io::kPointCloud2Schema);
+  const uint16_t scan = log.add_channel(clouds, "/front/points", "cdr");
+  const uint16_t truth = log.add_channel(clouds, "/truth/front/surface", "cdr");
+  const uint16_t ego =
+      log.add_channel(log.add_schema(io::kOdometryName, "ros2msg", io::kOdometrySchema), "/ego/odometry", "cdr");
+  const uint16_t cars = log.add_channel(0, "/truth/cars", "json");
+  for (int32_t frame = 0; frame < kFrames; ++frame) {
+    const int64_t stamp_ns = frame * 50'000'000;
+    const io::Cloud points = swept_cloud(kLines, kShots, 0.2 * frame);
+    log.write(scan, stamp_ns, cloud_of(points, "/front/points", stamp_ns).data);
+    const std::string surfaces(2 * std::size_t(points.points), '\0');
+    io::PointCloud2 cloud;
+    cloud.header = {stamp_ns, "front"};
+    cloud.width = uint32_t(points.points);
+    cloud.fields = {{"surface", 0, io::PointField::kUint16, 1}};
+    cloud.point_step = 2, cloud.row_step = uint32_t(surfaces.size());
+    cloud.data = surfaces;
+    change(cloud);
+    log.write(truth, stamp_ns, io::encode_point_cloud2(cloud));
+    log.write(ego, stamp_ns, straight_drive("/ego/odometry", stamp_ns, stamp_ns)[0].data);
+    log.write(cars, stamp_ns,
+              "{\"stamp_ns\":" + std::to_string(stamp_ns) + ",\"frame\":" + std::to_string(frame) + ",\"cars\":[]}");
+  }
+  log.close();
+}
+
+int64_t frames_of_simulated(const std::string& path) {
+  evaluation::SimulatedLog log(path);
+  evaluation::LogFrame frame;
+  int64_t frames = 0;
+  for (; log.next(frame); ++frames) CHECK(frame.surface.size() == frame.scans.scans.size());
+  if (!log.damage().empty()) throw io::Error(path, 0, log.damage());
+  return frames;
+}
+
+void break_simulated(int32_t files) {
+  const TempFolder folder;
+  write_simulated(folder.path("whole.mcap"), [](io::PointCloud2&) {});
+  break_whole(folder, "a.mcap", io::read_whole_file(folder.path("whole.mcap")), files, frames_of_simulated);
+}
+
 void break_db3(int32_t files) {
   const TempFolder folder;
   write_db3(folder.path("whole.db3"), small_recording());
@@ -282,6 +338,23 @@ TEST_CASE("broken files: MCAP, each compression, gives an error or unchanged mes
 TEST_CASE("broken files: MCAP without checksums and index, with and without chunks, does not crash") {
   break_unchecked_mcap(kSome);
 }
+TEST_CASE("broken files: a simulated log gives its frames or an error") { break_simulated(kSome); }
+TEST_CASE("broken files: surfaces of a simulated log outside of their message are an error") {
+  const TempFolder folder;
+  const std::string path = folder.path("a.mcap"), said = "the surfaces of a scan do not fit their message";
+  const auto error = [&](const std::function<void(io::PointCloud2&)>& change) {
+    write_simulated(path, change);
+    return error_of([&] { frames_of_simulated(path); });
+  };
+  CHECK(error([](io::PointCloud2&) {}) == "");
+  CHECK(frames_of_simulated(path) == kFrames);
+  for (const uint32_t offset : {1u, 0xfffffffdu, 0xfffffffeu, 0xffffffffu})
+    CHECK_MESSAGE(error([&](io::PointCloud2& cloud) { cloud.fields[0].offset = offset; }).ends_with(said), offset);
+  // 2^62 points of 4 bytes: 0 bytes in 64 bits.
+  CHECK(error([](io::PointCloud2& cloud) {
+          cloud.width = cloud.height = uint32_t(1) << 31, cloud.point_step = 4;
+        }).ends_with(said));
+}
 TEST_CASE("broken files: db3 gives an error or messages before the damage") { break_db3(kSome); }
 TEST_CASE("broken files: clouds of every format, each encoding, are read or give an error") { break_clouds(kSome); }
 TEST_CASE("broken files: rigs, configurations and scenarios are read or give an error") { break_toml(kSome); }
@@ -291,8 +364,8 @@ TEST_CASE("broken files: pictures and arrays are read or give an error") { break
 
 TEST_SUITE("long") {
   TEST_CASE("broken files: 2,000 of each format are read or give an error") {
-    for (const auto& of_format : {break_mcap, break_unchecked_mcap, break_db3, break_clouds, break_toml, break_tables,
-                                  break_urdf, break_images})
+    for (const auto& of_format : {break_mcap, break_unchecked_mcap, break_simulated, break_db3, break_clouds,
+                                  break_toml, break_tables, break_urdf, break_images})
       of_format(kMany);
   }
 }

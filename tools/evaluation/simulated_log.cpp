@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <utility>
 
 #include "tools/io/cloud_message.h"
@@ -16,11 +17,11 @@ namespace overtake::evaluation {
 namespace {
 
 std::vector<uint16_t> decode_surface(const std::string& path, const io::PointCloud2& cloud) {
-  const std::size_t count = std::size_t(cloud.width) * cloud.height;
+  const uint64_t count = uint64_t(cloud.width) * cloud.height;
   for (const io::PointField& field : cloud.fields) {
     if (field.name != "surface") continue;
-    if (field.datatype != io::PointField::kUint16 || field.offset + 2 > cloud.point_step ||
-        count * cloud.point_step > cloud.data.size())
+    if (field.datatype != io::PointField::kUint16 || uint64_t(field.offset) + 2 > cloud.point_step ||
+        count > uint64_t(INT32_MAX) || count * cloud.point_step > cloud.data.size())
       throw io::Error(path, 0, "the surfaces of a scan do not fit their message");
     std::vector<uint16_t> out(count);
     for (std::size_t i = 0; i < count; ++i)
@@ -71,9 +72,20 @@ bool SimulatedLog::read_message() {
   }
   newest_ns_ = message.log_ns;
   const std::string& topic = reader_.channels().at(message.channel_id).topic;
+  try {
+    take_message(topic, message);
+  } catch (const io::Error&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw io::Error(reader_.path() + ": " + topic, 0, error.what());
+  }
+  return true;
+}
+
+void SimulatedLog::take_message(const std::string& topic, const io::McapMessage& message) {
   if (topic == "/truth/cars") {
     truth_.push_back(decode_cars(reader_.path(), message.data));
-    return true;
+    return;
   }
   if (topic == "/ego/odometry" || topic == "/truth/ego/odometry") {
     const io::Odometry odometry = io::decode_odometry(message.data);
@@ -87,7 +99,7 @@ bool SimulatedLog::read_message() {
       ego_truth_[odometry.header.stamp_ns] = {
           -1, true, p.x_m, p.y_m, p.z_m, angles.roll_rad, angles.pitch_rad, angles.yaw_rad, 0, 0, 0};
     }
-    return true;
+    return;
   }
   for (int32_t s = 0; s < int32_t(rig_.sensors.size()); ++s) {
     const std::string& name = rig_.sensors[std::size_t(s)].name;
@@ -110,7 +122,6 @@ bool SimulatedLog::read_message() {
       half.has_surface = true;
     }
   }
-  return true;
 }
 
 void SimulatedLog::forget() {

@@ -42,6 +42,7 @@ class SimulatedLog : public TruthLog {
 
  private:
   bool read_message();
+  void take_message(const std::string& topic, const io::McapMessage& message);
   void start();
   void forget();
 
