@@ -11,10 +11,12 @@
 
 #include "tests/support/simulated_race.h"
 #include "tests/support/temp_folder.h"
+#include "tools/evaluation/figures.h"
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/simulated_log.h"
+#include "tools/evaluation/track_quality.h"
 #include "tools/io/error.h"
 
 using namespace overtake;
@@ -66,6 +68,10 @@ TEST_CASE("sweep: the preset's own value gives the preset's clusters on every N-
     CHECK(some.tables.at("clusters").rows() == std::size_t((46 + every - 1) / every));
     CHECK(some.about.at("frames") == std::to_string((46 + every - 1) / every));
     CHECK(some.tables.at("seams").rows() > 0);
+    const double frames = double((46 + every - 1) / every);
+    CHECK(make_figures({some})[0].seconds == doctest::Approx(0.05 * every * frames));
+    CHECK(find_track_quality({some})[0].hours == doctest::Approx(0.05 * every * frames / 3600));
+    CHECK(make_figures({all})[0].seconds == doctest::Approx(0.05 * 46));
     for (const char* name : {"scans", "clusters", "boxes", "seams", "car_points"}) {
       CAPTURE(name);
       CHECK(every_nth(all.tables.at(name), every).cells == some.tables.at(name).cells);

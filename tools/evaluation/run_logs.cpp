@@ -90,7 +90,7 @@ About wanted_of(const RunOptions& options, const std::string& name, bool with_ba
   return {{"commit", build.commit},
           {"every",
            (with_baselines && !options.only_figures) || is_of_sweep(name) ? std::to_string(options.every) : "none"},
-          {"compared", std::to_string(options.compare_every)},
+          {"compared", std::to_string(is_of_sweep(name) ? options.every : options.compare_every)},
           {"extent", options.only_figures ? "figures" : "whole"},
           {"frame_limit", options.most_frames == INT64_MAX ? "none" : std::to_string(options.most_frames)},
           {"config", config_text(options, name)},
