@@ -212,6 +212,39 @@ TEST_CASE("recordings: sequences together count each object once, ids by seed") 
   CHECK(all == nlohmann::json{{"mota", 0.95}, {"switches", 1.5}, {"fragments", 2.0}});
 }
 
+TEST_CASE("recordings: all scans of a data set count together; boxes without a stamp are refused") {
+  const TempFolder folder;
+  // Points at `x_m`, a box of a car around them.
+  const auto write = [&](const std::string& name, double x_m) {
+    std::string points;
+    for (int32_t i = 0; i < 40; ++i)
+      points += std::to_string(x_m + 0.1 * (i % 10)) + " 0 " + std::to_string(0.2 * (i / 10) - 1) + " 1 " +
+                std::to_string(i / 10) + "\n";
+    folder.write("data/nuscenes/" + name + ".pcd",
+                 "VERSION 0.7\nFIELDS x y z intensity ring\nSIZE 4 4 4 4 2\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH 40\n"
+                 "HEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 40\nDATA ascii\n" +
+                     points);
+    folder.write("data/nuscenes/" + name + "_boxes.csv",
+                 "category,x_m,y_m,z_m,length_m,width_m,height_m,yaw_rad,points\ncar," + std::to_string(x_m) +
+                     ",0,0,4.5,1.9,1.5,0,40\n");
+  };
+  write("2", 10), write("1", 30);
+  const auto evaluate = [&] {
+    return evaluate_recordings(folder.path("data"), {"paper"}, {}, folder.path("out"), false)["nuscenes_sweep"];
+  };
+  const nlohmann::json both = evaluate();
+  CHECK(both["summary"]["cars_to_60_m"] == 2);
+  REQUIRE(both["by_range"].size() == 2);
+  for (const auto& range : both["by_range"]) CHECK(range["boxes"] == 1);
+  std::filesystem::remove(folder.path("data/nuscenes/2.pcd"));
+  CHECK(evaluate()["summary"]["cars_to_60_m"] == 1);
+
+  const std::string boxes = folder.write("data/av2/log_boxes.csv",
+                                         "category,x_m,y_m,z_m,length_m,width_m,yaw_rad,points\nBUS,9,0,0,4,2,0,9\n");
+  folder.write("data/av2/log_17.pcd", "");
+  CHECK(error_of(evaluate).starts_with(boxes));
+}
+
 TEST_CASE("recorded: the opponent is found in the racecar frames, and the tracker follows real traffic") {
   OVT_NEED_RECORDED("racecar");
   OVT_NEED_RECORDED("kitti/tracking");

@@ -81,16 +81,23 @@ struct Look {
 struct Scores {
   double tp = 0, fp = 0, fn = 0;
   void add(bool found, bool positive) { tp += found && positive, fp += found && !positive, fn += !found && positive; }
+  void add(const Scores& other) { tp += other.tp, fp += other.fp, fn += other.fn; }
   Json json() const { return {{"tpr", tp / (tp + fn)}, {"ppv", tp / (tp + fp)}, {"f1", 2 * tp / (2 * tp + fp + fn)}}; }
 };
 
+struct GroundScores {
+  Scores ours, of_grid;
+  void add(const GroundScores& other) { ours.add(other.ours), of_grid.add(other.of_grid); }
+  Json json() const { return {{"pipeline", ours.json()}, {"grid_2_5d", of_grid.json()}}; }
+};
+
 // Evaluates our ground and the grid's on one frame, compared with the automatic labels.
-Json evaluate_ground(const SeenFrame& seen, std::size_t sensors) {
+GroundScores evaluate_ground(const SeenFrame& seen, std::size_t sensors) {
   std::vector<float> x, y, z;
   for (const SeenFrame::Point& p : seen.points)
     x.push_back(float(p.at[0])), y.push_back(float(p.at[1])), z.push_back(float(p.at[2]));
   const std::vector<bool> grid = baselines::mark_nonground(x, y, z);
-  Scores ours, of_grid;
+  GroundScores out;
   for (int32_t s = 0; s < int32_t(sensors); ++s) {
     std::vector<float> sx, sy, sz;
     std::vector<std::size_t> row;
@@ -98,9 +105,9 @@ Json evaluate_ground(const SeenFrame& seen, std::size_t sensors) {
       if (seen.points[i].sensor == s) sx.push_back(x[i]), sy.push_back(y[i]), sz.push_back(z[i]), row.push_back(i);
     const std::vector<bool> labels = baselines::label_nonground(sx, sy, sz);
     for (std::size_t i = 0; i < row.size(); ++i)
-      ours.add(seen.points[row[i]].found, labels[i]), of_grid.add(grid[row[i]], labels[i]);
+      out.ours.add(seen.points[row[i]].found, labels[i]), out.of_grid.add(grid[row[i]], labels[i]);
   }
-  return {{"pipeline", ours.json()}, {"grid_2_5d", of_grid.json()}};
+  return out;
 }
 
 // The preset or configuration with the rig of a data set, without the map and the poses of other runs.
@@ -207,7 +214,7 @@ Json evaluate_racecar(const std::string& folder, const cli::Options& preset) {
     int64_t whole = 0;
     for (const auto& [cluster, n] : inside) whole += n.first == n.second;
     row["clusters_in_box"] = whole;
-    row["ground_by_auto_label"] = evaluate_ground(look.seen, config.rig.sensors.size());
+    row["ground_by_auto_label"] = evaluate_ground(look.seen, config.rig.sensors.size()).json();
     ground.push_back(row["ground_by_auto_label"]);
     out["frames"].push_back(row);
   }
@@ -220,14 +227,14 @@ Json evaluate_racecar(const std::string& folder, const cli::Options& preset) {
   return out;
 }
 
-Json evaluate_frame(const std::string& folder, const cli::Options& preset, const std::string& rig,
-                    const std::vector<KnownBox>& boxes) {
+struct LabelledScan {
+  std::string file;
+  std::vector<KnownBox> boxes;
+};
+
+// Scans of other places each: every one has its own session, and all are counted together.
+Json evaluate_scans(const std::vector<LabelledScan>& scans, const cli::Options& preset, const std::string& rig) {
   const cli::Config config = config_of(preset, rig);
-  Look look{&config.rig, {}};
-  cli::Session session(config, &Look::on_frame, &look);
-  const io::Recording recording(folder, config.rig);
-  session.push(recording.read(0));
-  session.flush();
   struct Bin {
     int64_t boxes = 0, found = 0, false_detections = 0;
   };
@@ -236,26 +243,40 @@ Json evaluate_frame(const std::string& folder, const cli::Options& preset, const
   const auto near = [](const KnownBox& b, const std::array<double, 2>& d, double gate) {
     return std::hypot(b.x_m - d[0], b.y_m - d[1]) <= gate;
   };
-  for (const KnownBox& b : boxes) {
-    if (!b.is_vehicle || b.length_m > longest || b.points < 3) continue;
-    Bin& bin = bins[int32_t(std::hypot(b.x_m, b.y_m) / kRange)];
-    ++bin.boxes;
-    for (const auto& d : look.seen.detections)
-      if (near(b, d, kNear)) {
-        ++bin.found;
-        break;
-      }
-  }
-  for (const auto& d : look.seen.detections) {
-    bool at_any = false;
-    for (const KnownBox& b : boxes) at_any = at_any || near(b, d, kNear) || holds(b, d[0], d[1], kOversize);
-    bins[int32_t(std::hypot(d[0], d[1]) / kRange)].false_detections += !at_any;
-  }
-  Json out = {{"gate_m", kNear}, {"detections", look.seen.detections.size()}, {"by_range", Json::array()}};
-  out["ground_by_auto_label"] = evaluate_ground(look.seen, config.rig.sensors.size());
+  std::size_t detections = 0;
+  GroundScores ground;
+  std::vector<Json> ground_of_scan;
   CarScores scores(config);
-  scores.add(look.seen, boxes);
-  out["summary"] = scores.summary({out["ground_by_auto_label"]});
+  for (const auto& [file, boxes] : scans) {
+    Look look{&config.rig, {}};
+    cli::Session session(config, &Look::on_frame, &look);
+    const io::Recording recording(file, config.rig);
+    session.push(recording.read(0));
+    session.flush();
+    for (const KnownBox& b : boxes) {
+      if (!b.is_vehicle || b.length_m > longest || b.points < 3) continue;
+      Bin& bin = bins[int32_t(std::hypot(b.x_m, b.y_m) / kRange)];
+      ++bin.boxes;
+      for (const auto& d : look.seen.detections)
+        if (near(b, d, kNear)) {
+          ++bin.found;
+          break;
+        }
+    }
+    for (const auto& d : look.seen.detections) {
+      bool at_any = false;
+      for (const KnownBox& b : boxes) at_any = at_any || near(b, d, kNear) || holds(b, d[0], d[1], kOversize);
+      bins[int32_t(std::hypot(d[0], d[1]) / kRange)].false_detections += !at_any;
+    }
+    detections += look.seen.detections.size();
+    const GroundScores of_scan = evaluate_ground(look.seen, config.rig.sensors.size());
+    ground.add(of_scan);
+    ground_of_scan.push_back(of_scan.json());
+    scores.add(look.seen, boxes);
+  }
+  Json out = {{"gate_m", kNear}, {"detections", detections}, {"by_range", Json::array()}};
+  out["ground_by_auto_label"] = ground.json();
+  out["summary"] = scores.summary(ground_of_scan);
   for (const auto& [range, b] : bins)
     out["by_range"].push_back({{"from_m", range * kRange},
                                {"to_m", (range + 1) * kRange},
@@ -301,7 +322,7 @@ Json evaluate_kitti_frames(const std::string& folder, const cli::Options& preset
       boxes.push_back(box);
     }
     scores.add(look.seen, boxes);
-    if (k % kGroundEvery == 0) ground.push_back(evaluate_ground(look.seen, config.rig.sensors.size()));
+    if (k % kGroundEvery == 0) ground.push_back(evaluate_ground(look.seen, config.rig.sensors.size()).json());
   }
   return {{"frames", recording.frame_count()}, {"summary", scores.summary(ground)}};
 }
@@ -323,7 +344,7 @@ std::vector<KnownBox> read_boxes(const std::string& path, const std::string& sta
   const io::Csv csv = io::Csv::read(path);
   const int32_t category = csv.need({"category"}), x = csv.need({"x_m"}), y = csv.need({"y_m"}), z = csv.need({"z_m"}),
                 yaw = csv.need({"yaw_rad"}), length = csv.need({"length_m"}), width = csv.need({"width_m"}),
-                points = csv.need({"points"}), at = csv.find({"timestamp_ns"});
+                points = csv.need({"points"}), at = stamp.empty() ? -1 : csv.need({"timestamp_ns"});
   std::vector<KnownBox> out;
   for (std::size_t i = 0; i < csv.row_count(); ++i) {
     if (!stamp.empty() && csv.text(i, at) != stamp) continue;
@@ -354,17 +375,19 @@ void check_boxes(const std::string& folder) {
 Json evaluate_all(const std::string& folder, const std::string& name, const cli::Options& preset) {
   Json json = {{"simulated", false}, {"preset", name}};
   if (fs::is_directory(folder + "/racecar")) json["racecar"] = evaluate_racecar(folder + "/racecar", preset);
+  std::vector<LabelledScan> av2, nuscenes;
   for (const fs::path& file : files_with(folder + "/av2", ".pcd")) {
     const std::string stem = file.stem().string(), log = stem.substr(0, stem.find('_'));
     const std::string boxes = folder + "/av2/" + log + "_boxes.csv";
-    json["av2_sweep"] =
-        evaluate_frame(file.string(), preset, "av2", read_boxes(boxes, stem.substr(stem.find('_') + 1), nullptr));
+    av2.push_back({file.string(), read_boxes(boxes, stem.substr(stem.find('_') + 1), nullptr)});
   }
+  const io::Rig rig = io::load_rig("nuscenes");
   for (const fs::path& file : files_with(folder + "/nuscenes", ".pcd")) {
     const std::string boxes = folder + "/nuscenes/" + file.stem().string() + "_boxes.csv";
-    const io::Rig rig = io::load_rig("nuscenes");
-    json["nuscenes_sweep"] = evaluate_frame(file.string(), preset, "nuscenes", read_boxes(boxes, "", &rig.sensors[0]));
+    nuscenes.push_back({file.string(), read_boxes(boxes, "", &rig.sensors[0])});
   }
+  if (!av2.empty()) json["av2_sweep"] = evaluate_scans(av2, preset, "av2");
+  if (!nuscenes.empty()) json["nuscenes_sweep"] = evaluate_scans(nuscenes, preset, "nuscenes");
   if (!files_with(folder + "/kitti", ".pcd").empty() && fs::exists(folder + "/kitti/tracking/0000_labels.txt"))
     json["kitti_frames"] = evaluate_kitti_frames(folder + "/kitti", preset);
   for (const fs::path& file : files_with(folder + "/kitti/tracking", "_labels.txt")) {

@@ -7,10 +7,10 @@
 //   racecar         every frame: detections at the opponent's GNSS box and their offsets, clusters inside its box
 //                   enlarged by 1 m, points of its cluster outside of it (wall), ground against the automatic labels,
 //                   the grid; detections on the road between the walls that are not at the opponent
-//   av2, nuscenes   one frame each: detections within 2 m of boxes with a vehicle's size (up to 10 % longer than the
-//                   known one, 3 points and more), by range; detections at no box of any kind. Labelled cars to 60 m:
-//                   one cluster (one has 3 points or more in the box, and none outside of the box enlarged by 1 m),
-//                   detected, centre error
+//   av2, nuscenes   all scans of a data set together: detections within 2 m of boxes with a vehicle's size (up to 10 %
+//                   longer than the known one, 3 points and more), by range; detections at no box of any kind. Labelled
+//                   cars to 60 m: one cluster (one has 3 points or more in the box, and none outside of the box
+//                   enlarged by 1 m), detected, centre error
 //   kitti           12 frames: labelled cars to 60 m, as above
 //   kitti, av2      the tracker alone on label centres with noise of 0.2 m, one in ten missed: CLEAR MOT, HOTA, GOSPA
 //   lvms            the tracker alone on the places of a driving AV-21, without a map and on that of its two bounds:
