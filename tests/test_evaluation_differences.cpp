@@ -116,6 +116,17 @@ TEST_CASE("differences: against the first preset, over the events of the truth")
   CHECK(nlohmann::json::parse(json_text(d))["contestants"][1]["differences"]["centre_along_m"]["value"] == Approx(0.3));
 }
 
+TEST_CASE("differences: a folder's name may hold @ and :, the variants in it are those of sweeps and oracles") {
+  const std::string folder = "2026-03-01T10:00@track/";
+  std::vector<Run> runs;
+  for (const char* name : {"best", "paper", "best@gate.min_points=5", "best:ground"})
+    runs.push_back(passes(folder + name, "", 0, 0.2));
+  const Differences d = find_differences(runs);
+  CHECK(d.base == folder + "best");
+  REQUIRE(d.contestants.size() == 2);
+  CHECK(of(d, folder + "paper").differences[0].value == 0);
+}
+
 TEST_CASE("differences: only logs that all have run on; nothing to compare gives nothing") {
   const Run a = passes("best", "", 0, 0.2), b = passes("paper", "", 1, 0.2),
             more = passes("best", "", 30, 0.2, "other race");

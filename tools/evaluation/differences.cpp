@@ -104,13 +104,16 @@ std::map<int64_t, Parts> sum_run(const Run& run, const std::map<double, int64_t>
   return out;
 }
 
+// The variant without the folder that read_results writes before it.
+std::string variant_of(const Run& run) { return run.variant.substr(run.variant.rfind('/') + 1); }
+
 // What a configuration changes: about.json's "config", one "name = value" a line, the first one "preset = NAME".
 struct Changes {
   std::string preset;
   std::map<std::string, double> values;
 };
 Changes changes_of(const Run& run) {
-  Changes out = {run.variant.substr(run.variant.rfind('/') + 1), {}};
+  Changes out = {variant_of(run), {}};
   const auto config = run.about.find("config");
   if (config == run.about.end()) return out;
   for (std::string_view rest = config->second; !rest.empty();) {
@@ -142,7 +145,7 @@ bool is_same_truth(const Run& a, const Run& b) {
   return true;
 }
 
-bool is_compared(const Run& run) { return run.variant.find_first_of("@:") == std::string::npos; }
+bool is_compared(const Run& run) { return variant_of(run).find_first_of("@:") == std::string::npos; }
 
 bool is_plain(const Run& run) {
   const auto config = run.about.find("config");
