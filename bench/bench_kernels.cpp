@@ -61,7 +61,8 @@ void bench_kernel(benchmark::State& state, const KernelTable* kernels, Kernel ke
   state.SetBytesProcessed(int64_t(state.iterations()) * traffic.bytes);
 }
 
-// Adversarial images: repair, links and labels of a mask of non-ground pixels at equal ranges.
+// Adversarial images: repair, links and labels of a mask of non-ground pixels. Ranges alternate every two columns by
+// more than repair bridges, so that the holes stay; at this distance such pixels still link.
 void bench_adversarial(benchmark::State& state, const KernelTable* kernels, const std::string& pattern) {
   Work work(make_cloud(32, 857));
   RangeImages& m = work.views.images;
@@ -70,20 +71,35 @@ void bench_adversarial(benchmark::State& state, const KernelTable* kernels, cons
     if (pattern == "checkerboard") return (r + c) % 2 == 0;
     if (pattern == "comb") return c % 2 == 0 || r == rows - 1;
     if (pattern == "full") return true;
-    // spiral: rings three pixels apart, each opened beside the one before
+    // spiral: every second ring, opened at its end and joined there to the next one
     const int32_t ring = std::min(std::min(r, rows - 1 - r), std::min(c, cols - 1 - c));
-    return ring % 2 == 0 ? !(r == ring + 1 && c == ring) : (r == ring && c == ring);
+    return (ring % 2 == 0) != (r == ring + 1 && c == ring);
   };
+  const float near_m = 150.0f, far_m = near_m + 1.1f * work.context.segment[0].repair_range.range_limit_m;
   if (pattern != "nominal")
     for (int32_t r = 0; r < rows; ++r) {
       m.nonground.clear_row(r);
       for (int32_t c = 0; c < cols; ++c) {
-        m.range_filled_m.at(r, c) = 20.0f;
+        m.range_filled_m.at(r, c) = c / 2 % 2 == 0 ? near_m : far_m;
+        m.elevation_filled_rad.at(r, c) = -0.01f * float(r);
         if (is_set(r, c)) m.nonground.set(r, c);
       }
     }
-  for (auto _ : state)
+  const auto run = [&] {
     for (const Step& step : {step::repair_range, step::link_pixels, step::label_bfs}) work.run(*kernels, step);
+  };
+  run();
+  if (pattern != "nominal") {
+    int32_t pixels = 0, clusters = 0;
+    for (int32_t r = 0; r < rows; ++r)
+      for (int32_t c = 0; c < cols; ++c) {
+        pixels += is_set(r, c);
+        clusters = std::max(clusters, m.labels.at(r, c));
+        if (m.nonground_repaired.test(r, c) != is_set(r, c)) return state.SkipWithError("repair fills the holes");
+      }
+    if (clusters != (pattern == "checkerboard" ? pixels : 1)) return state.SkipWithError("other clusters than drawn");
+  }
+  for (auto _ : state) run();
   state.SetItemsProcessed(int64_t(state.iterations()) * work.pixels());
 }
 
