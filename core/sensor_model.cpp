@@ -33,7 +33,8 @@ SensorModel make_sensor_model(int32_t rows, int32_t cols, double azimuth_left_ra
   SensorModel m;
   m.rows = rows;
   m.cols = cols;
-  m.azimuth_left_rad = float(azimuth_left_rad);
+  // Not below -pi: the kernels add one turn at most to the difference to an azimuth.
+  m.azimuth_left_rad = float(azimuth_left_rad < -kPi ? azimuth_left_rad + kTwoPi : azimuth_left_rad);
   m.pitch_rad = float(pitch);
   m.inverse_pitch = float(1.0 / pitch);
   m.sin_pitch = float(s);

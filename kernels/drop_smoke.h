@@ -23,7 +23,7 @@ inline constexpr float kRoughShare = 0.5f;                         // of the nei
 // The median intensity of ground pixels, of at most kGroundSamples that are spread over the image; 0 without any.
 inline constexpr int32_t kGroundSamples = 512;
 float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_point, ConstBitPlane nonground) noexcept;
-// The same by the labels of the points, after label_points: labels[scan.count].
+// The same by the labels of the points, after label_points: labels[scan.count]. Spread over the points, in any order.
 float find_ground_intensity(const ScanTable& scan, const int32_t* labels) noexcept;
 
 // Returns of smoke are dark, and their ranges jump from pixel to pixel in every direction. One of the two alone is

@@ -64,8 +64,12 @@ float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_po
 float find_ground_intensity(const ScanTable& scan, const int32_t* labels) noexcept {
   const int32_t step = std::max(1, (scan.count + kGroundSamples - 1) / kGroundSamples);
   Samples samples;
-  for (int32_t i = 0; i < scan.count && !samples.full(); i += step)
-    if (labels[i] == kLabelGround) samples.add(scan.intensity[i]);
+  for (int32_t first = 0; first < scan.count && !samples.full(); first += step) {
+    // At another place of each step: a scan may have its lines side by side, point after point.
+    constexpr uint32_t kGolden = 2'654'435'769;  // 2^32 times the golden section
+    const auto i = first + int32_t(uint64_t(uint32_t(first / step) * kGolden) * uint32_t(step) >> 32);
+    if (i < scan.count && labels[i] == kLabelGround) samples.add(scan.intensity[i]);
+  }
   return samples.median();
 }
 

@@ -235,6 +235,29 @@ TEST_CASE("drop_smoke: the ground's intensity by the labels of the points") {
   CHECK(find_ground_intensity(scan, labels.data()) == 1.0f);
 }
 
+TEST_CASE("drop_smoke: the ground's intensity does not depend on the order of the points") {
+  for (const int32_t rings : {16, 32, 37, 64, 128})
+    for (const int32_t columns : {512, 1000, 1024, 2048})
+      for (const bool by_firing : {false, true}) {
+        const int32_t count = rings * columns;
+        std::vector<float> intensity(std::size_t(count), 200.0f);
+        std::vector<int32_t> labels(std::size_t(count), 1);
+        for (int32_t i = 0; i < count; ++i) {
+          const int32_t ring = by_firing ? i % rings : i / columns;
+          if (ring < rings / 2) continue;
+          labels[std::size_t(i)] = kLabelGround;
+          intensity[std::size_t(i)] = ring < rings * 3 / 5 ? 1.0f : ring < rings * 9 / 10 ? 10.0f : 90.0f;
+        }
+        ScanTable scan;
+        scan.intensity = intensity.data();
+        scan.count = count;
+        CAPTURE(rings);
+        CAPTURE(columns);
+        CAPTURE(by_firing);
+        CHECK(find_ground_intensity(scan, labels.data()) == 10.0f);
+      }
+}
+
 TEST_CASE("mark_smoke: points of smoke get their reason, losers of the pixel keep theirs") {
   OwnedPlane<int32_t> pixel_point(2, 70);
   pixel_point.fill(kNoPoint);

@@ -93,8 +93,19 @@ TEST_CASE("project_points: a field of view across +-pi has no gap") {
   }
 }
 
+TEST_CASE("project_points: a left edge may be given a turn less") {
+  for (const double left : {60.0, 150.0, 90.0}) {
+    CAPTURE(left);
+    const SensorModel here = make_sensor_model(4, 120, left * kDegree, (left - 120) * kDegree, false, 0.5, 200);
+    const SensorModel there =
+        make_sensor_model(4, 120, (left - 360) * kDegree, (left - 480) * kDegree, false, 0.5, 200);
+    for (int degree = -180; degree < 180; ++degree)
+      CHECK(column_at(here, degree + 0.5) == column_at(there, degree + 0.5));
+  }
+}
+
 TEST_CASE("project_points: wrapping columns accept every azimuth, and a full turn is column 0") {
-  for (const double left : {180.0, 0.0, 90.0}) {
+  for (const double left : {180.0, 0.0, 90.0, 300.0, 390.0, -180.0, -200.0, -270.0, -390.0}) {
     const SensorModel sensor = make_sensor_model(4, 360, left * kDegree, (left - 360) * kDegree, true, 0.5, 200);
     CAPTURE(left);
     int32_t seen[360] = {};
