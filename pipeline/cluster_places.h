@@ -100,7 +100,7 @@ inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float 
 struct CarAnchor {
   float center_1, center_2;
   CarView view;
-  float unseen_1, unseen_2;  // length and width that is not seen; unseen_1 is 0 at a known rear end, but for a car beside
+  float unseen_1, unseen_2;  // length and width not seen; unseen_1 is 0 at a known rear end, but not beside the sensor
 };
 struct CarSize {
   float length_m, width_m, front_length_m;
