@@ -121,17 +121,18 @@ bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcep
   return 2 * bright > frame.merged.point_count[row];
 }
 
-bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
-  constexpr float kGlare = 5.0f;
+bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row, float bare_share) noexcept {
+  constexpr float kGlare = 5.0f, kBare = 10.0f;
   constexpr int32_t kFewest = 2;  // one point is the lamp of a car, and of few points makes such a mean
   float sum = 0.0f, least = 0.0f;
-  int32_t bright = 0;
+  int32_t bright = 0, bare = 0;
   for_each_intensity(frame, ground, row, [&](float intensity, float road) {
     sum += intensity;
     least += kGlare * road;
     bright += intensity > kGlare * road;
+    bare += intensity > kBare * road;
   });
-  return sum > least && bright >= kFewest;
+  return sum > least && bright >= kFewest && float(bare) >= bare_share * float(frame.merged.point_count[row]);
 }
 
 bool is_surely_car(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {

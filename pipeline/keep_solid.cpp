@@ -161,16 +161,20 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
 
 void keep_solid(const StageContext& context, Frame& frame) noexcept {
   constexpr float kFar_m = 70.0f;  // the road returns nothing: its height does not tell a sign
-  constexpr float kReflectorFrom_m = 50.0f, kBesideBound_m = 1.6f;  // nearer, its size tells a reflector
+  constexpr float kReflectorFrom_m = 50.0f, kBesideBound_m = 1.6f, kNearBound_m = 3.0f;
+  constexpr float kBareShare = 0.4f;  // of the points of a reflector that is near, or where no bound tells its place
   GroundIntensities ground(frame);
   int32_t count = 0;
   for (int32_t i = 0; i < frame.kept_count; ++i) {
     const int32_t row = frame.kept[i];
-    const bool may_be_sign = !has_bounds(frame.places, row) && frame.merged.nearest_m[row] > kFar_m;
-    const bool may_be_reflector = frame.merged.nearest_m[row] > kReflectorFrom_m && has_bounds(frame.places, row) &&
-                                  measure_inside(frame.places, row, 0.0f) < kBesideBound_m;
+    const bool bounded = has_bounds(frame.places, row);
+    const bool may_be_sign = !bounded && frame.merged.nearest_m[row] > kFar_m;
+    const float inside_m = bounded ? measure_inside(frame.places, row, 0.0f) : 0.0f;
+    const bool may_be_dim = bounded && inside_m < kBesideBound_m && frame.merged.nearest_m[row] > kReflectorFrom_m;
+    const float bare_share = may_be_dim ? 0.0f : kBareShare;
     if (is_smoke(context, frame, ground, row) || is_ground(context, frame, row) ||
-        (may_be_sign && is_sign(frame, ground, row)) || (may_be_reflector && is_reflector(frame, ground, row)))
+        (may_be_sign && is_sign(frame, ground, row)) ||
+        (inside_m < kNearBound_m && is_reflector(frame, ground, row, bare_share)))
       continue;
     frame.kept[count++] = row;
   }

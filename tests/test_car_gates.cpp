@@ -590,4 +590,25 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("car gates: near, or where no bound tells its place, a reflector shows by its bare part") {
+  const auto kept = [](double x_m, double y_m, double bare_m, float intensity, bool with_map) {
+    CAPTURE(x_m);
+    CAPTURE(y_m);
+    CAPTURE(bare_m);
+    const auto part = [&](double left_m, double width_m, float of_road) {
+      return Solid{x_m, y_m + left_m, 0, 0.05, width_m, 0.4, 1.0, 1, of_road};
+    };
+    const double glare_m = 0.5 * (1.4 - bare_m), side_m = 0.5 * (bare_m + glare_m);
+    return keep_seen({part(0, bare_m, intensity), part(side_m, glare_m, 2.0f), part(-side_m, glare_m, 2.0f)}, with_map);
+  };
+  for (const double x_m : {18.0, 45.0, 65.0}) {
+    CHECK(kept(x_m, 4, 0.8, 14, false) == 0);
+    CHECK(kept(x_m, 4, 0.3, 40, false) == 1);  // the plate of a car, and its body
+    CHECK(kept(x_m, 4, 0.8, 8, false) == 1);
+    CHECK(kept(x_m, 5, 0.8, 14, true) == 0);
+    CHECK(kept(x_m, 5, 0.3, x_m < 50 ? 40 : 8, true) == 1);
+    CHECK(kept(x_m, 0, 0.8, 14, true) == 1);  // on the road it is an obstacle
+  }
+}
+
 }  // namespace
