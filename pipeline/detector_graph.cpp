@@ -21,7 +21,8 @@ namespace flow = oneapi::tbb::flow;
 namespace {
 
 // TBB gives the whole process as many threads as the smallest existing global_control allows, and prints a warning when
-// an arena asks for more. So all graphs share one control for the sum of their workers.
+// an arena asks for more. So all graphs share one control: for the sum of their workers, besides what the process had
+// before the first one, which its own arenas still get.
 class WorkerShare {
  public:
   explicit WorkerShare(int32_t worker_count) : worker_count_(worker_count) { change(worker_count_); }
@@ -36,11 +37,13 @@ class WorkerShare {
   static void change(int32_t by) {
     static std::mutex mutex;  // only create and destroy use it, never the data path
     static int32_t total = 0;
+    static std::size_t others = 1;
     static std::unique_ptr<Control> control;
     const std::lock_guard<std::mutex> lock(mutex);
+    if (!control) others = Control::active_value(Control::max_allowed_parallelism);
     total += by;
     std::unique_ptr<Control> next;
-    if (total > 0) next = std::make_unique<Control>(Control::max_allowed_parallelism, std::size_t(total) + 1);
+    if (total > 0) next = std::make_unique<Control>(Control::max_allowed_parallelism, others + std::size_t(total));
     control = std::move(next);
   }
   int32_t worker_count_;

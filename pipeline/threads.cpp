@@ -24,6 +24,11 @@ struct Before {
 // initial-exec: the first use on a thread allocates no memory, also in a shared library.
 [[gnu::tls_model("initial-exec")]] thread_local Before before;
 
+void restore_settings() noexcept {
+  if (std::exchange(before.pinned, false)) sched_setaffinity(0, sizeof before.cpus, &before.cpus);
+  if (std::exchange(before.fifo, false)) pthread_setschedparam(pthread_self(), before.policy, &before.param);
+}
+
 uint64_t next_setup_id() noexcept {
   static std::atomic<uint64_t> last{0};
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
@@ -64,6 +69,7 @@ uint8_t ThreadSetup::apply(int32_t first_cpu, int32_t cpu_count) const noexcept 
 void ThreadSetup::enter_worker(int32_t worker) noexcept {
   if (worker < 0 || std::size_t(worker) + 1 >= granted_.size()) return;
   if (before.owner == id_ && before.worker == worker) return;
+  if (before.owner != 0 && before.owner != id_) restore_settings();  // of another detector
   if (before.owner == 0) {
     pthread_getname_np(pthread_self(), before.name, sizeof before.name);
     sched_getaffinity(0, sizeof before.cpus, &before.cpus);
@@ -83,8 +89,7 @@ void ThreadSetup::enter_worker(int32_t worker) noexcept {
 
 void ThreadSetup::release_worker() noexcept {
   if (before.owner != id_) return;
-  if (before.pinned) sched_setaffinity(0, sizeof before.cpus, &before.cpus);
-  if (before.fifo) pthread_setschedparam(pthread_self(), before.policy, &before.param);
+  restore_settings();
   pthread_setname_np(pthread_self(), before.name);
   before = Before{};
 }

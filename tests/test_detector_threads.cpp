@@ -270,6 +270,56 @@ TEST_CASE("detector threads: if oneTBB has no thread create fails, if it has few
   CHECK(bench.records == good.records);
 }
 
+TEST_CASE("detector threads: a detector takes no thread of oneTBB from the process") {
+  using oneapi::tbb::global_control;
+  const auto allowed = [] { return global_control::active_value(global_control::max_allowed_parallelism); };
+  const global_control many(global_control::max_allowed_parallelism, 16);
+  const std::size_t before = allowed();
+  CHECK(before == 16);
+  {
+    DetectorBench one({.workers = 2}), other({.workers = 3});
+    one.create();
+    CHECK(allowed() == before);
+    other.create();
+    CHECK(allowed() == before);
+  }
+  CHECK(allowed() == before);
+}
+
+TEST_CASE("detector threads: of two detectors, the frames of each run on its own CPUs") {
+  cpu_set_t all;
+  REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);
+  int32_t first = 0;
+  while (!CPU_ISSET(first, &all)) ++first;
+  struct Seen {
+    std::atomic<int32_t> frames{0}, pinned{0};
+  };
+  Seen seen[2];
+  DetectorBench pinned({.workers = 2, .record = false}), free({.workers = 2, .record = false});
+  pinned.def.cpus = &first;
+  pinned.def.cpu_count = 1;
+  DetectorBench* const benches[] = {&pinned, &free};
+  for (std::size_t i = 0; i < 2; ++i) {
+    benches[i]->def.user = &seen[i];
+    benches[i]->def.on_frame = [](ovt_reader*, void* user) {
+      auto& s = *static_cast<Seen*>(user);
+      cpu_set_t set;
+      if (sched_getaffinity(0, sizeof set, &set) == 0) s.pinned += CPU_COUNT(&set) == 1;
+      ++s.frames;
+    };
+    benches[i]->create();
+  }
+  for (std::size_t k = 0; k < 60; ++k)
+    for (DetectorBench* bench : benches) {
+      bench->push_frame(k);
+      bench->flush();
+    }
+  CHECK(seen[0].frames == 60);
+  CHECK(seen[0].pinned == 60);
+  CHECK(seen[1].frames == 60);
+  if (CPU_COUNT(&all) > 1) CHECK(seen[1].pinned == 0);
+}
+
 TEST_CASE("detector threads: flush and advance come before a scan that is pushed after them") {
   for (const bool flushes : {true, false}) {
     CAPTURE(flushes);
