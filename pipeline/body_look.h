@@ -50,8 +50,8 @@ bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t r
 bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept;
 
 // Whether a cluster is a small reflector with the glare around it, which is darker than the reflector itself but large:
-// its mean is far brighter than the road, and not by one point alone, which may be the lamp of a car. bare_share: of the
-// points, at least, must be as bright as a bare reflector, which few points of a car's plates and lamps are.
+// its mean is far brighter than the road, and not by one point alone, which may be the lamp of a car. A share of the
+// points, bare_share at least, must be as bright as a bare reflector: of a car, its plates and lamps are.
 bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row, float bare_share) noexcept;
 
 // Whether a cluster is a car beyond doubt: many points on several rows, at most half of them on one, lit, and most of

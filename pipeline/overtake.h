@@ -322,8 +322,8 @@ typedef struct ovt_detector_def {
   /* since 0.2 */
   const int32_t* cpus;               /* the library's threads run on these CPUs only: worker i on cpus[i % cpu_count],
                                         the intake on any. NULL: any CPU. worker_count 0 then is one per listed CPU.
-                                        Workers are threads of oneTBB: tasks of the process's own arenas may run on
-                                        them between frames, with these CPUs and this policy */
+                                        Workers come from a pool of the process: between frames other work of that
+                                        pool may run on them, with these CPUs and this policy */
   int32_t cpu_count;
   int32_t fifo_priority;             /* 1 to 99: SCHED_FIFO for the library's threads, if the system allows it; 0: no */
   int32_t memory;                    /* OVT_MEMORY_... bits; default OVT_MEMORY_HUGE */
