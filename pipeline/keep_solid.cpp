@@ -15,10 +15,11 @@ constexpr float kTyres_m = 0.66f;  // height of a car's tyres
 constexpr float kHigh_m = 0.25f;   // lower objects may lie on the road
 constexpr float kTop_m = 0.6f;     // higher ones may be the level beam over the body of a car
 
-// All points of a candidate are as dark as smoke, and few of them lie beside another one on a surface. A few brighter
-// ones are of what stands in the smoke.
+// All points of a candidate are as dark as smoke, and some of them do not lie beside another one on a surface. With a few
+// brighter ones, which may be of what stands in the smoke, it must be most of them.
 bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
   constexpr int32_t kBrightPart = 4;
+  constexpr float kBeside = 0.5f, kDarkBeside = 0.8f;
   int32_t points = 0, bright = 0, beside = 0;
   bool any_smoke = false;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
@@ -39,8 +40,9 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
       beside += view.is_on_surface(point);
     }
   });
+  const float most = bright == 0 ? kDarkBeside : kBeside;
   return any_smoke && bright < context.detect.gate_clusters.min_points && kBrightPart * bright <= points &&
-         2 * beside < points;
+         float(beside) < most * float(points);
 }
 
 // Whether a cluster lies as flat as ground along the line of sight.

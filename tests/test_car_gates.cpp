@@ -319,19 +319,22 @@ int32_t keep_seen(const std::vector<Solid>& solids, bool with_map = true, double
 
 TEST_CASE("car gates: what is as dark as the smoke around it and lies on no surface is smoke") {
   // Specks of one cluster, of which each is nearer or farther than the one beside it; smoke beside them.
-  const auto specks = [](float intensity, int32_t bright, bool with_smoke = true) {
+  const auto specks = [](float intensity, int32_t bright, bool with_smoke = true, bool in_threes = false) {
     std::vector<Solid> solids;
     for (int32_t k = 0; k < 12; ++k)
-      solids.push_back({20 + 0.7 * (k % 3), 0.08 * k, 0, 0.02, 0.06, 0.4 + 0.1 * (k % 2), 0.47 + 0.1 * (k % 2), 1,
+      solids.push_back({20 + 0.7 * (in_threes ? k / 3 % 2 : k % 3), 0.08 * k, 0, 0.02, 0.06,
+                        in_threes ? 0.4 : 0.4 + 0.1 * (k % 2), in_threes ? 0.47 : 0.47 + 0.1 * (k % 2), 1,
                         k < bright ? 1.0f : intensity});
     if (with_smoke) solids.push_back({20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f});
     return solids;
   };
   CHECK(keep_seen(specks(0.05f, 0)) == 0);
   CHECK(keep_seen(specks(0.05f, 1)) == 0);
-  CHECK(keep_seen(specks(0.2f, 0)) == 1);          // brighter than smoke
-  CHECK(keep_seen(specks(0.05f, 6)) == 1);         // as a part of it: something stands in the smoke
-  CHECK(keep_seen(specks(0.05f, 0, false)) == 1);  // a scan without smoke
+  CHECK(keep_seen(specks(0.2f, 0)) == 1);               // brighter than smoke
+  CHECK(keep_seen(specks(0.05f, 6)) == 1);              // as a part of it: something stands in the smoke
+  CHECK(keep_seen(specks(0.05f, 0, false)) == 1);       // a scan without smoke
+  CHECK(keep_seen(specks(0.05f, 0, true, true)) == 0);  // two of three points lie beside another one
+  CHECK(keep_seen(specks(0.05f, 1, true, true)) == 1);  // and something is bright
   const Solid smoke = {20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f};
   CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, smoke}) == 1);  // a surface
 }
