@@ -292,7 +292,7 @@ bool Detector::step_intake() {
   const uint64_t advance_before = advance_before_.load(std::memory_order_relaxed);
   const uint64_t flush_before = flush_before_.load(std::memory_order_relaxed);
   gather();
-  if (gather_hook_) gather_hook_(gather_user_);
+  if (const auto hook = gather_hook_.load(std::memory_order_acquire)) hook(gather_user_);
   // What is pushed later does not delay them.
   if (advance_wanted != advance_done_.load(std::memory_order_relaxed) && !is_pending_before(advance_before)) {
     const bool done = assembler_->advance(advance_ns_.load(std::memory_order_relaxed),

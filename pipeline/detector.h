@@ -78,10 +78,10 @@ class Detector {
   Counters& counters() { return counters_; }
   // Tests only; call before the first push.
   void set_hook(const TestHook& hook) { context_.hook = hook; }
-  // Tests only, likewise: runs on the intake each time after it has looked into every mailbox.
+  // Tests only: runs on the intake, which looks already, each time after it has looked into every mailbox.
   void set_gather_hook(void (*call)(void* user), void* user) {
-    gather_hook_ = call;
     gather_user_ = user;
+    gather_hook_.store(call, std::memory_order_release);
   }
   uint64_t flushes_asked() const { return flush_wanted_.load(std::memory_order_acquire); }
 
@@ -224,7 +224,7 @@ class Detector {
   uint64_t flushed_ = 0;                                       // intake: the last flush that closed its frames
   int64_t flushed_frames_ = 0;                                 // ... and waits for so many
   std::thread intake_;
-  void (*gather_hook_)(void* user) = nullptr;
+  std::atomic<void (*)(void* user)> gather_hook_{nullptr};
   void* gather_user_ = nullptr;
 };
 

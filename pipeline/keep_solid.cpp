@@ -15,8 +15,8 @@ constexpr float kTyres_m = 0.66f;  // height of a car's tyres
 constexpr float kHigh_m = 0.25f;   // lower objects may lie on the road
 constexpr float kTop_m = 0.6f;     // higher ones may be the level beam over the body of a car
 
-// All points of a candidate are as dark as smoke, and some of them do not lie beside another one on a surface. With a few
-// brighter ones, which may be of what stands in the smoke, it must be most of them.
+// All points of a candidate are as dark as smoke, and some of them do not lie beside another one on a surface. With a
+// few brighter ones, which may be of what stands in the smoke, it must be most of them.
 bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
   constexpr int32_t kBrightPart = 4;
   constexpr float kBeside = 0.5f, kDarkBeside = 0.8f;
