@@ -88,6 +88,11 @@ struct EgoWatch {
     usual_lead_ns = std::max(usual_lead_ns, lead_ns);
     ++frames;
   }
+  void learn_again(int64_t lead_ns) noexcept {
+    frames = 0;
+    usual_lead_ns = 0;
+    learn(lead_ns);
+  }
   void see(int64_t lead_ns, int64_t sink_ns) noexcept {
     seen_lead_ns = std::max({std::min(lead_ns, last_lead_ns), seen_lead_ns - sink_ns, int64_t(0)});
     last_lead_ns = lead_ns;

@@ -132,21 +132,33 @@ TEST_CASE("ego clock: scans that come later are no step of the ego clock, also w
     CHECK(frames.suspect(200) > 100);  // one of the two clocks does not fit
     CHECK(frames.suspect(11'000) == 0);
   }
-  // Together: the lost poses are fewer than what the scans are later, so no step explains it.
-  const Frames frames = drive({.scans_later = {4'000, 8'000, 100}, .poses_lost = {4'000, 4'040, 1}});
-  CHECK(frames.without_ego(200) == 0);
+  // Together: the poses lost are fewer than what the scans are later, so no step explains it.
+  for (const int64_t lost_ms : {40, 110, 200}) {
+    CAPTURE(lost_ms);
+    const Frames frames =
+        drive({.scans_later = {4'000, 8'000, lost_ms + 200}, .poses_lost = {4'000, 4'000 + lost_ms, 1}});
+    CHECK(frames.without_ego(200) == 0);
+  }
 }
 
 TEST_CASE("ego clock: a clock that steps ahead later is not believed, also after a while") {
-  for (const int64_t by : {100, 200, 450}) {
-    CAPTURE(by);
-    const Frames frames = drive({.end = 12'000, .poses_ahead = {3'000, 9'000, by}});
-    CHECK(frames.without_ego(3'600) >= 100);  // from 0.5 s after the step, to its end
-    CHECK(frames.without_ego(9'700) == 0);
-    for (std::size_t i = 0; i < frames.at.size(); ++i)
-      if (frames.at[i] > 3'100 && frames.at[i] < 8'900) {
-        CHECK((frames.info[i].suspect_mask & OVT_SUSPECT_EGO) != 0);
-        if (frames.info[i].ego_known) CHECK(frames.info[i].ego_x_m == doctest::Approx(0.05 * double(frames.at[i])));
-      }
-  }
+  const Drive starts[] = {{},
+                          {.poses_later = {0, 1'500, 200}},
+                          {.poses_older = {0, 10, 5'000}, .poses_lost = {10, 1'500, 1}},
+                          {.poses_older = {0, 200, 5'000}}};
+  for (Drive with_step : starts)
+    for (const int64_t by : {100, 200, 450}) {
+      CAPTURE(by);
+      CAPTURE(&with_step - starts);
+      with_step.end = 12'000;
+      with_step.poses_ahead = {3'000, 9'000, by};
+      const Frames frames = drive(with_step);
+      CHECK(frames.without_ego(3'600) >= 100);  // from 0.5 s after the step, to its end
+      CHECK(frames.without_ego(9'700) == 0);
+      for (std::size_t i = 0; i < frames.at.size(); ++i)
+        if (frames.at[i] > 3'100 && frames.at[i] < 8'900) {
+          CHECK((frames.info[i].suspect_mask & OVT_SUSPECT_EGO) != 0);
+          if (frames.info[i].ego_known) CHECK(frames.info[i].ego_x_m == doctest::Approx(0.05 * double(frames.at[i])));
+        }
+    }
 }

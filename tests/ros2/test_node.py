@@ -594,6 +594,12 @@ def test_found(work):
         other.wait()
         node.stop()
     expect('/front/points' in topics(other) and topics(other)[-1] == '/left/points', topics(other))
+    with Node(work, '--namespace', '/car1', rig=rig_of_left(work)) as node, \
+            Peer(work, race, node, '--only', 'front', '--prefix', '/car2', *long) as other, \
+            Peer(work, race, node, '--only', 'front', '--prefix', '/car1', *long) as peer:
+        other.wait(), peer.wait()
+        node.stop()
+        expect(topics(peer)[-1] == '/car1/front/points', topics(peer))      # the only one of the namespace
 
     text = (work / 'race' / 'rig.toml').read_text()
     for sensor in ('front', 'left', 'right'):

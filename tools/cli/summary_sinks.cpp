@@ -11,8 +11,14 @@
 namespace overtake::cli {
 namespace {
 
+// By the pushed pose, as the opponent's box is (io::BagStream).
+Place place_by_pose(ovt_frame_info info, const ovt_tracks& tracks, int32_t i) {
+  info.ego_heading_offset_rad = 0;
+  return place_of(info, tracks, i);
+}
+
 double distance(const FinishedFrame& frame, int32_t track) {
-  const Place place = place_of(frame.info, frame.tracks, track);
+  const Place place = place_by_pose(frame.info, frame.tracks, track);
   return std::hypot(place.ahead_m, place.left_m);
 }
 
@@ -20,7 +26,7 @@ int32_t nearest_track(const FinishedFrame& frame, double ahead_m, double left_m)
   int32_t best = -1;
   double best_m = HUGE_VAL;
   for (int32_t i = 0; i < frame.tracks.count; ++i) {
-    const Place place = place_of(frame.info, frame.tracks, i);
+    const Place place = place_by_pose(frame.info, frame.tracks, i);
     const double m = std::hypot(place.ahead_m - ahead_m, place.left_m - left_m);
     if (m < best_m) best = i, best_m = m;
   }
@@ -75,7 +81,7 @@ void FrameTableSink::add(const FinishedFrame& frame) {
   const auto& box = frame.opponent;
   const ovt_tracks& tracks = frame.tracks;
   const int32_t t = box ? nearest_track(frame, box->x_m, box->y_m) : int32_t(-1);
-  const Place place = t < 0 ? Place{NAN, NAN} : place_of(frame.info, tracks, t);
+  const Place place = t < 0 ? Place{NAN, NAN} : place_by_pose(frame.info, tracks, t);
   rows_.push_back({std::to_string(frame.number), std::to_string(frame.info.point_count),
                    std::to_string(frame.info.cluster_count), std::to_string(frame.info.detection_count),
                    std::to_string(tracks.count),

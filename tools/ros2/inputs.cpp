@@ -220,7 +220,10 @@ void Inputs::find_topics(const Discovery& discovery, const std::string& prefix) 
     const int32_t sensor = roles.sensor_of[i];
     if (sensor < 0 || std::size_t(sensor) >= clouds_.size()) continue;
     Input& cloud = clouds_[std::size_t(sensor)];
-    if (cloud.is_only_cloud) leave(cloud);  // a topic with the sensor's name has appeared
+    if (cloud.is_only_cloud) {  // a topic with the sensor's name has appeared
+      leave(cloud);
+      waiting_[std::size_t(sensor)].clear();
+    }
     if (!is_fixed(cloud)) subscribe(cloud, prefix + topics[i].name);
   }
   if (roles.ego >= 0 && !is_fixed(poses_)) subscribe(poses_, prefix + topics[std::size_t(roles.ego)].name);
@@ -228,14 +231,16 @@ void Inputs::find_topics(const Discovery& discovery, const std::string& prefix) 
 
 // One sensor and one cloud topic: no name is needed. Only after some time, when the others have been found, too.
 void Inputs::find_only_cloud(const Discovery& discovery) {
-  if (is_fixed(clouds_[0]) || steady_ns() - begin_ns_ < kStart_ns) return;
-  io::TopicSearch search;
-  const std::vector<io::BagTopic> topics = topics_of(discovery, "");
-  const io::TopicRoles roles = io::find_topic_roles(topics, rig_, search);
-  const auto found = std::find(roles.sensor_of.begin(), roles.sensor_of.end(), 0);
-  if (found == roles.sensor_of.end()) return;
-  subscribe(clouds_[0], topics[std::size_t(found - roles.sensor_of.begin())].name);
-  clouds_[0].is_only_cloud = true;
+  if (is_fixed(clouds_[0]) || !rig_.sensors[0].topics.empty() || steady_ns() - begin_ns_ < kStart_ns) return;
+  const auto find_in = [&](const std::string& prefix) {
+    const std::vector<io::BagTopic> topics = topics_of(discovery, prefix);
+    const io::TopicRoles roles = io::find_topic_roles(topics, rig_);
+    const auto found = std::find(roles.sensor_of.begin(), roles.sensor_of.end(), 0);
+    if (found == roles.sensor_of.end()) return false;
+    subscribe(clouds_[0], prefix + topics[std::size_t(found - roles.sensor_of.begin())].name);
+    return clouds_[0].is_only_cloud = true;
+  };
+  if (name_space_.empty() || !find_in(name_space_)) find_in("");
 }
 
 void Inputs::follow(const Discovery& discovery) {

@@ -300,10 +300,11 @@ void McapView::add_truth(const ovt_frame_info& info, const ViewFrame& frame) {
   const io::Box& box = *frame.opponent;
   io::KnownCar car{1, "opponent", box.x_m, box.y_m, box.z_m, box.yaw_rad, NAN, box.length_m, box.width_m};
   if (info.ego_known) {
-    const double yaw_rad = cli::vehicle_yaw_rad(info), c = std::cos(yaw_rad), s = std::sin(yaw_rad);
+    // Its box is by the pushed pose (io::BagStream), so by this pose it goes back to its place on the map.
+    const double c = std::cos(info.ego_yaw_rad), s = std::sin(info.ego_yaw_rad);
     car.x_m = info.ego_x_m + box.x_m * c - box.y_m * s;
     car.y_m = info.ego_y_m + box.x_m * s + box.y_m * c;
-    car.heading_rad = io::wrap_angle(box.yaw_rad + yaw_rad);
+    car.heading_rad = io::wrap_angle(box.yaw_rad + info.ego_yaw_rad);
   }
   write(truth, info.stamp_ns, format_truth(info.stamp_ns, info.ego_known != 0, {car}));
 }

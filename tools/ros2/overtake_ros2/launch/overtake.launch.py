@@ -5,6 +5,7 @@
 #
 # Starts the program `overtake` (on the PATH), which needs no ROS libraries, and RViz if wanted.
 import os
+import re
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
@@ -16,11 +17,18 @@ from launch_ros.actions import Node
 SHARE = get_package_share_directory('overtake_ros2')
 
 
+def has_rig(config):
+    if not config:
+        return False
+    with open(config, encoding='utf-8') as file:
+        return re.search(r'^\s*(rig\s*=|\[rig\])', file.read(), re.M) is not None
+
+
 def start_node(context):
     def value(name):
         return LaunchConfiguration(name).perform(context)
     words = [value('program'), 'node']
-    if not value('rig') and not value('config'):
+    if not value('rig') and not has_rig(value('config')):
         words += ['--rig', 'racecar']
     for option in ('rig', 'preset', 'map', 'config', 'namespace'):  # an option has the last word, so none by default
         if value(option):
