@@ -159,6 +159,14 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   return merged.max_z_m[row] - merged.min_z_m[row] < kRise * row_m * float(rows) && is_flat(context, frame, row);
 }
 
+// Whether a candidate is smaller than half of a car that is seen from its side: a body of that size may be white, and
+// the road dark.
+bool is_small(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kLength = 0.5f;
+  const OrientedBox box = box_of(frame.places, row);
+  return max_of(box.length(), box.width()) < kLength * context.detect.fit_rectangle.length_m;
+}
+
 }  // namespace
 
 void keep_solid(const StageContext& context, Frame& frame) noexcept {
@@ -174,9 +182,10 @@ void keep_solid(const StageContext& context, Frame& frame) noexcept {
     const float inside_m = bounded ? measure_inside(frame.places, row, 0.0f) : 0.0f;
     const bool may_be_dim = bounded && inside_m < kBesideBound_m && frame.merged.nearest_m[row] > kReflectorFrom_m;
     const float bare_share = may_be_dim ? 0.0f : kBareShare;
+    const bool may_be_bare = inside_m < kNearBound_m && is_small(context, frame, row);
     if (is_smoke(context, frame, ground, row) || is_ground(context, frame, row) ||
         (may_be_sign && is_sign(frame, ground, row)) ||
-        (inside_m < kNearBound_m && is_reflector(frame, ground, row, bare_share)))
+        ((may_be_dim || may_be_bare) && is_reflector(frame, ground, row, bare_share)))
       continue;
     frame.kept[count++] = row;
   }

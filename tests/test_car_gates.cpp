@@ -611,6 +611,8 @@ TEST_CASE("car gates: near, or where no bound tells its place, a reflector shows
     CHECK(kept(x_m, 5, 0.8, 14, true) == 0);
     CHECK(kept(x_m, 5, 0.3, x_m < 50 ? 40 : 8, true) == 1);
     CHECK(kept(x_m, 0, 0.8, 14, true) == 1);  // on the road it is an obstacle
+    // A white car on a dark road: its side, from the flank to the rear.
+    CHECK(keep_seen({{x_m, 4, 0, 4.0, 1.8, 0.2, 1.0, 1, 14}}, false) == 1);
   }
 }
 
