@@ -593,11 +593,12 @@ def test_found(work):
             peer.ready().wait()
         other.wait()
         node.stop()
-    expect('/front/points' in topics(other) and topics(other)[-1] == '/left/points', topics(other))
+    expect('/front/points' in topics(other) and topics(peer)[-1] == '/left/points', topics(other) + topics(peer))
     with Node(work, '--namespace', '/car1', rig=rig_of_left(work)) as node, \
-            Peer(work, race, node, '--only', 'front', '--prefix', '/car2', *long) as other, \
-            Peer(work, race, node, '--only', 'front', '--prefix', '/car1', *long) as peer:
-        other.wait(), peer.wait()
+            Peer(work, race, node, '--only', 'front', '--prefix', '/car2', *long) as other:
+        time.sleep(3)
+        with Peer(work, race, node, '--only', 'front', '--prefix', '/car1', '--shift', '60', *long) as peer:
+            other.wait(), peer.wait()
         node.stop()
         expect(topics(peer)[-1] == '/car1/front/points', topics(peer))      # the only one of the namespace
 

@@ -231,16 +231,20 @@ void Inputs::find_topics(const Discovery& discovery, const std::string& prefix) 
 
 // One sensor and one cloud topic: no name is needed. Only after some time, when the others have been found, too.
 void Inputs::find_only_cloud(const Discovery& discovery) {
-  if (is_fixed(clouds_[0]) || !rig_.sensors[0].topics.empty() || steady_ns() - begin_ns_ < kStart_ns) return;
+  Input& cloud = clouds_[0];
+  if (!rig_.sensors[0].topics.empty() || steady_ns() - begin_ns_ < kStart_ns) return;
   const auto find_in = [&](const std::string& prefix) {
     const std::vector<io::BagTopic> topics = topics_of(discovery, prefix);
     const io::TopicRoles roles = io::find_topic_roles(topics, rig_);
     const auto found = std::find(roles.sensor_of.begin(), roles.sensor_of.end(), 0);
-    if (found == roles.sensor_of.end()) return false;
-    subscribe(clouds_[0], prefix + topics[std::size_t(found - roles.sensor_of.begin())].name);
-    return clouds_[0].is_only_cloud = true;
+    if (found == roles.sensor_of.end()) return;
+    if (is_fixed(cloud)) leave(cloud), waiting_[0].clear();
+    subscribe(cloud, prefix + topics[std::size_t(found - roles.sensor_of.begin())].name);
+    cloud.is_only_cloud = true;
   };
-  if (name_space_.empty() || !find_in(name_space_)) find_in("");
+  const bool is_elsewhere = cloud.is_only_cloud && !cloud.topic.starts_with(name_space_ + "/");
+  if (!name_space_.empty() && (!is_fixed(cloud) || is_elsewhere)) find_in(name_space_);
+  if (!is_fixed(cloud)) find_in("");
 }
 
 void Inputs::follow(const Discovery& discovery) {
