@@ -261,6 +261,31 @@ void FrameAssembler::close(Frame& frame, const EgoRange& range) noexcept {
   runner_.close(frame);
 }
 
+// A step of the clock shows as a gap of the stamps, at least as large as what the lead grew by.
+bool EgoWatch::is_step(int64_t lead_ns, int64_t gaps_ns, int64_t near_ns) const noexcept {
+  const int64_t most_ns = gaps_ns > INT64_MAX - near_ns ? INT64_MAX : gaps_ns + near_ns;
+  return frames > 0 && gaps_ns > near_ns && difference_ns(lead_ns, known_lead_ns()) <= most_ns;
+}
+
+bool EgoWatch::look(int64_t lead_ns, int64_t run, int64_t gaps_ns, int64_t near_ns) noexcept {
+  const bool stepped = is_step(lead_ns, gaps_ns, near_ns);
+  if (!stepped && frames < kLearnFrames) learn(lead_ns);
+  const bool is_ahead = frames > 0 && difference_ns(lead_ns, stepped ? known_lead_ns() : usual_lead_ns) > near_ns;
+  ahead = is_ahead ? std::min(ahead + 1, kDriftFrames) : 0;
+  if (!is_ahead || !stepped) {
+    believed_run = std::max(believed_run, run);
+    see(lead_ns, near_ns / kSinkFrames);
+    doubts = 0;
+    if (was_late && lead_ns >= -kEgoFreshNs) learn_again(lead_ns);  // they come in time now
+  } else if (is_unsure() && ++doubts >= kLearnFrames) {
+    believed_run = run;
+    named = 3;
+    doubts = ahead = 0;
+    learn_again(lead_ns);
+  }
+  return stepped;
+}
+
 // Selects the poses of the range that the frame may use. The time is the sensors' newest stamp, or the frame's stamp if
 // there is none.
 EgoRange FrameAssembler::watch_ego(const EgoRange& range, Frame& frame) noexcept {
@@ -272,29 +297,10 @@ EgoRange FrameAssembler::watch_ego(const EgoRange& range, Frame& frame) noexcept
   if (range.count > ego_.oldest_safe(range)) {
     const int64_t now_ns = clock_.any() ? clock_.newest_ns() : frame.stamp_ns;
     const int64_t lead_ns = difference_ns(ego_.stamp_at(range.count - 1), now_ns), run = ego_.run_at(range.count - 1);
-    // A step of the clock shows as a gap of the stamps, at least as large as what the lead grew by.
     const int64_t gaps_ns = run > watch.believed_run ? ego_.gaps_after(range, watch.believed_run) : 0;
-    const int64_t seen_ns = std::max(watch.usual_lead_ns, watch.seen_lead_ns);
-    const int64_t most_ns = gaps_ns > INT64_MAX - clock_.near_ns() ? INT64_MAX : gaps_ns + clock_.near_ns();
-    const bool stepped = watch.frames > 0 && gaps_ns > clock_.near_ns() && difference_ns(lead_ns, seen_ns) <= most_ns;
     const bool in_sequence = frame.kind != FrameKind::kPrediction && !(frame.flags & OVT_FLAG_OUT_OF_SEQUENCE);
-    if (in_sequence) {
-      if (!stepped && watch.frames < EgoWatch::kLearnFrames) watch.learn(lead_ns);
-      const int64_t usual_ns = stepped ? seen_ns : watch.usual_lead_ns;
-      const bool ahead = watch.frames > 0 && difference_ns(lead_ns, usual_ns) > clock_.near_ns();
-      watch.ahead = ahead ? std::min(watch.ahead + 1, EgoWatch::kDriftFrames) : 0;
-      if (!ahead || !stepped) {
-        watch.believed_run = std::max(watch.believed_run, run);
-        watch.see(lead_ns, clock_.near_ns() / EgoWatch::kSinkFrames);
-        watch.doubts = 0;
-        if (watch.was_late && lead_ns >= -kEgoFreshNs) watch.learn_again(lead_ns);  // they come in time now
-      } else if (watch.is_unsure() && ++watch.doubts >= EgoWatch::kLearnFrames) {
-        watch.believed_run = run;
-        watch.named = 3;
-        watch.doubts = watch.ahead = 0;
-        watch.learn_again(lead_ns);
-      }
-    }
+    const bool stepped = in_sequence ? watch.look(lead_ns, run, gaps_ns, clock_.near_ns())
+                                     : watch.is_step(lead_ns, gaps_ns, clock_.near_ns());
     const bool step_ahead = watch.ahead > 0 && stepped;
     if (step_ahead) used.count = ego_.first_run_after(range, watch.believed_run);
     if (step_ahead || watch.ahead == EgoWatch::kDriftFrames || (range.count > watch.count && lead_ns < -kLateNs))

@@ -83,6 +83,13 @@ struct EgoWatch {
   int64_t count = 0;                          // poses up to the last frame
   int32_t named = 0;                          // frames until the poses are no longer suspect
 
+  // Looks at the newest pose of a frame in sequence. gaps_ns: the gaps of the stamps since the believed run. Returns
+  // whether the poses after that run stepped ahead.
+  bool look(int64_t lead_ns, int64_t run, int64_t gaps_ns, int64_t near_ns) noexcept;
+  // The same, without learning from it: of a prediction, or of a frame out of sequence.
+  bool is_step(int64_t lead_ns, int64_t gaps_ns, int64_t near_ns) const noexcept;
+
+ private:
   void learn(int64_t lead_ns) noexcept {
     was_late = (was_late || frames == 0) && lead_ns < -kEgoFreshNs;
     usual_lead_ns = std::max(usual_lead_ns, lead_ns);
@@ -98,6 +105,7 @@ struct EgoWatch {
     last_lead_ns = lead_ns;
   }
   bool is_unsure() const noexcept { return frames < kLearnFrames || was_late; }
+  int64_t known_lead_ns() const noexcept { return std::max(usual_lead_ns, seen_lead_ns); }
 };
 
 class FrameAssembler {

@@ -88,6 +88,14 @@ TEST_CASE("ros messages: a quaternion of any finite numbers gives finite angles"
   }
 }
 
+TEST_CASE("ros messages: a quaternion of zeros gives no yaw") {
+  RosPose pose;
+  set_rotation(pose, 0, 0, 2.5);
+  CHECK(known_yaw_rad(pose) == doctest::Approx(2.5));
+  pose.qx = pose.qy = pose.qz = pose.qw = 0;
+  CHECK(std::isnan(known_yaw_rad(pose)));
+}
+
 TEST_CASE("ros messages: odometry, transforms and rotations are read back from their CDR bytes") {
   Odometry o;
   o.header = {-1, "map"};

@@ -128,6 +128,9 @@ auto decode(std::string_view bytes, const char* name, F&& f) {
   }
 }
 
+double squared_norm(const RosPose& p) { return p.qx * p.qx + p.qy * p.qy + p.qz * p.qz + p.qw * p.qw; }
+bool is_rotation(double norm2) { return norm2 > 1e-200 && std::isfinite(norm2); }  // 2 / norm2 is finite
+
 }  // namespace
 
 void set_rotation(RosPose& pose, double roll_rad, double pitch_rad, double yaw_rad) {
@@ -140,9 +143,11 @@ void set_rotation(RosPose& pose, double roll_rad, double pitch_rad, double yaw_r
   pose.qw = cr * cp * cy + sr * sp * sy;
 }
 
+double known_yaw_rad(const RosPose& p) { return is_rotation(squared_norm(p)) ? rotation_of(p).yaw_rad : NAN; }
+
 RollPitchYaw rotation_of(const RosPose& p) {
-  const double norm2 = p.qx * p.qx + p.qy * p.qy + p.qz * p.qz + p.qw * p.qw;
-  if (!(norm2 > 1e-200) || !std::isfinite(norm2)) return {0, 0, 0};  // otherwise 2 / norm2 could be infinite
+  const double norm2 = squared_norm(p);
+  if (!is_rotation(norm2)) return {0, 0, 0};
   const double k = 2 / norm2;
   return {std::atan2(k * (p.qw * p.qx + p.qy * p.qz), 1 - k * (p.qx * p.qx + p.qy * p.qy)),
           std::asin(std::clamp(k * (p.qw * p.qy - p.qz * p.qx), -1.0, 1.0)),

@@ -65,6 +65,7 @@ struct RollPitchYaw {
   double roll_rad, pitch_rad, yaw_rad;
 };
 RollPitchYaw rotation_of(const RosPose& pose);
+double known_yaw_rad(const RosPose& pose);  // NaN for a quaternion of zeros: no orientation is given
 
 std::string encode_point_cloud2(const PointCloud2& cloud);
 PointCloud2 decode_point_cloud2(std::string_view bytes);  // data points into `bytes`

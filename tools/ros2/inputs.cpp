@@ -428,8 +428,7 @@ int64_t Inputs::take_detections(int64_t now_ns) {
       const auto& at = row.bbox.center.position;
       const auto& turn = row.bbox.center.orientation;
       x[i] = at.x, y[i] = at.y;
-      const double norm = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w;
-      heading[i] = norm > 0.5 ? io::rotation_of({at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w}).yaw_rad : unknown;
+      heading[i] = io::known_yaw_rad({at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w});
       length[i] = known(row.bbox.size.x), width[i] = known(row.bbox.size.y), height[i] = known(row.bbox.size.z);
       for (uint32_t k = 0; k < row.results._length; ++k) {
         const auto& result = row.results._buffer[k];
