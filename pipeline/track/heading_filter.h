@@ -14,8 +14,8 @@
 //                                              ^ at(t): the last one before t - kLagNs
 //
 // A frame's offset depends on walls over 0.5 s older alone (pushed detections: by as much more as they may be ahead of
-// the scans). A scan that is later than that is refused by the intake, so
-// the offset of a frame is the same in every order of arrival.
+// the scans). A scan that is later than that is refused by the intake, so the offset of a frame is the same in every
+// order of arrival.
 #pragma once
 
 #include "core/arena.h"

@@ -239,4 +239,12 @@ class RulesBench {
   std::array<std::vector<Spot>, kMaxSensors> spots_;
 };
 
+// Runs the gates, and checks that each candidate is counted once.
+inline void gate(RulesBench& bench) {
+  bench.run("keep_nearest");
+  const Frame& f = bench.frame;
+  CHECK(f.merged.count == f.gated_points + f.gated_size + f.gated_own + f.candidate_count);
+  CHECK(f.candidate_count == f.gated_map + f.gated_range + f.candidate_overflow + f.kept_count);
+}
+
 }  // namespace overtake::test
