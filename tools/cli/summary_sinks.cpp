@@ -11,14 +11,14 @@
 namespace overtake::cli {
 namespace {
 
-// By the pushed pose, as the opponent's box is (io::BagStream).
+// To compare with the opponent's box, which is by the pushed pose (io::BagStream).
 Place place_by_pose(ovt_frame_info info, const ovt_tracks& tracks, int32_t i) {
   info.ego_heading_offset_rad = 0;
   return place_of(info, tracks, i);
 }
 
 double distance(const FinishedFrame& frame, int32_t track) {
-  const Place place = place_by_pose(frame.info, frame.tracks, track);
+  const Place place = place_of(frame.info, frame.tracks, track);
   return std::hypot(place.ahead_m, place.left_m);
 }
 
@@ -81,7 +81,8 @@ void FrameTableSink::add(const FinishedFrame& frame) {
   const auto& box = frame.opponent;
   const ovt_tracks& tracks = frame.tracks;
   const int32_t t = box ? nearest_track(frame, box->x_m, box->y_m) : int32_t(-1);
-  const Place place = t < 0 ? Place{NAN, NAN} : place_by_pose(frame.info, tracks, t);
+  const Place none = {NAN, NAN}, place = t < 0 ? none : place_of(frame.info, tracks, t);
+  const Place by_pose = t < 0 ? none : place_by_pose(frame.info, tracks, t);
   rows_.push_back({std::to_string(frame.number), std::to_string(frame.info.point_count),
                    std::to_string(frame.info.cluster_count), std::to_string(frame.info.detection_count),
                    std::to_string(tracks.count),
@@ -90,7 +91,7 @@ void FrameTableSink::add(const FinishedFrame& frame) {
                                                       : "tentative",
                    fixed(place.ahead_m, 2), fixed(place.left_m, 2),
                    fixed(t < 0 ? NAN : io::deg(tracks.heading_rad[t]), 1), fixed(t < 0 ? NAN : tracks.speed_mps[t], 1),
-                   fixed(box ? std::hypot(place.ahead_m - box->x_m, place.left_m - box->y_m) : NAN, 2),
+                   fixed(box ? std::hypot(by_pose.ahead_m - box->x_m, by_pose.left_m - box->y_m) : NAN, 2),
                    fixed(read_time_us(frame.reader, -1, OVT_STAGE_FRAME) * 1e-3, 2)});
   any_opponent_ = any_opponent_ || box;
 }
