@@ -109,7 +109,29 @@ if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"
 grep -q 'was run with the seeds .*7' "$work/log" || fail "make: the seed is not named: $(cat "$work/log")"
 change "d['runs'][0]['about']['commit'] = 'another'"
 if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"; then fail "make: two commits were accepted"; fi
-for bad in "make nope.json" "compare tests/test_compare_baseline.sh"; do
+# Tables of two presets: what is worse is bold, what nobody measured is a dash.
+python3 - bench/results/evaluation_best.json "$work/two.json" <<END
+import copy, json, sys
+d = json.load(open(sys.argv[1]))
+d['figures'] = [f for f in d['figures'] if f['scenario'] in ('pit', 'empty_track', 'las_vegas_15')]
+d['quality'] = [q for q in d['quality'] if q['scenario'] in ('pit', 'empty_track', 'las_vegas_15')]
+for key in 'figures', 'quality':
+    for entry in copy.deepcopy(d[key]):
+        entry['contestant'] = 'other'
+        if key == 'figures':
+            entry['tracking'].update(mota=-0.25, switches=entry['tracking']['switches'] + 2)
+        elif entry['scenario'] == 'pit':
+            entry.update(detected_of_3_points=0.25, mixed_per_car=0)
+        d[key].append(entry)
+json.dump(d, open(sys.argv[2], 'w'))
+END
+tools/dev/compare_baseline tables "$work/two.json" best other >"$work/log" || fail "tables: $(cat "$work/log")"
+for line in '^\| pit \| 0\.[0-9]{3}; \*\*0\.250\*\* \| ' '^\| pit \| [0-9.]+; \*\*-0\.25\*\* \| .* 0; \*\*2\*\* \| ' \
+    '^\| empty_track \| -; - \| ' '^\| scenario \| MOTA \| '; do
+  grep -qE "$line" "$work/log" || fail "tables: no '$line' in $(cat "$work/log")"
+done
+! grep -q las_vegas_15 "$work/log" || fail "tables: las_vegas_15 has a table of its own"
+for bad in "make nope.json" "tables $base paper best" "compare tests/test_compare_baseline.sh"; do
   # shellcheck disable=SC2086
   tools/dev/compare_baseline $bad >/dev/null 2>"$work/log"
   (($? == 2)) && [[ $(wc -l <"$work/log") == 1 ]] || fail "$bad: no exit code 2, or no sentence: $(cat "$work/log")"
