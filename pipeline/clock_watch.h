@@ -135,6 +135,7 @@ class ClockWatch {
     int32_t good = 0;   // sensors that currently deliver good stamps
     int32_t fresh = 0;  // good sensors that are not overdue
     int64_t newest_ns = INT64_MIN;
+    int32_t since = 1;  // stamps of the source, this one too, after that
   };
   Others look_at_others(int32_t source) const noexcept;
   bool has_quorum(int32_t source) const noexcept;

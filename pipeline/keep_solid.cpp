@@ -15,34 +15,33 @@ constexpr float kTyres_m = 0.66f;  // height of a car's tyres
 constexpr float kHigh_m = 0.25f;   // lower objects may lie on the road
 constexpr float kTop_m = 0.6f;     // higher ones may be the level beam over the body of a car
 
-// All points of a candidate are as dark as smoke, and some of them do not lie beside another one on a surface. With a
-// few brighter ones, which may be of what stands in the smoke, it must be most of them.
+// A candidate is as dark as smoke, and its ranges jump from pixel to pixel. Smoke may also lie on a surface, as dense smoke
+// 50 m away does: among other smoke, many dark points are smoke, whatever their ranges. A few brighter ones may be of what
+// stands in the smoke.
 bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
-  constexpr int32_t kBrightPart = 4;
-  constexpr float kBeside = 0.5f, kDarkBeside = 0.8f;
-  int32_t points = 0, bright = 0, beside = 0;
-  bool any_smoke = false;
+  constexpr int32_t kBrightPart = 4, kMany = 10, kBrightOfMany = 10;
+  constexpr float kApart = 0.5f, kDarkApart = 0.2f;
+  int32_t points = 0, bright = 0, apart = 0;
+  bool any_smoke = false, much_smoke = false;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
-    points += count;
     const int32_t s = int32_t(&part - frame.sensors);
-    if (bright >= context.detect.gate_clusters.min_points) return;  // it is not smoke
-    if (part.reason_count[int32_t(Reason::kSmoke)] == 0) {
-      bright += count;
-      return;
-    }
-    any_smoke = true;
+    any_smoke = any_smoke || part.reason_count[int32_t(Reason::kSmoke)] > 0;
+    much_smoke = much_smoke || frame.smoke_limit[s] > 0.0f;
+    points += count;
     const PixelView view(context.sensors[s], part);
     const float dark = context.segment[s].drop_smoke.dark_share * ground.of(part);
     for (int32_t k = begin; k < begin + count; ++k) {
       const int32_t point = part.cluster_points.point[k];
       bright += !(part.scan.intensity[point] < dark);
-      beside += view.is_on_surface(point);
+      apart += view.is_apart(point);
     }
   });
-  const float most = bright == 0 ? kDarkBeside : kBeside;
+  if (points >= kMany && kBrightOfMany * bright <= points)
+    return much_smoke || float(apart) > kDarkApart * float(points);
+  const float least = bright > 0 ? kApart : kDarkApart;
   return any_smoke && bright < context.detect.gate_clusters.min_points && kBrightPart * bright <= points &&
-         float(beside) < most * float(points);
+         float(apart) > least * float(points);
 }
 
 // Whether a cluster lies as flat as ground along the line of sight.

@@ -100,6 +100,22 @@ bool PixelView::is_on_surface(int32_t point) const noexcept {
   return false;
 }
 
+bool PixelView::is_apart(int32_t point) const noexcept {
+  constexpr int32_t kReach = 3;
+  const int32_t pixel = part_.kept.points.pixel[point];
+  if (pixel < 0) return false;
+  const int32_t stride = part_.kept.images.pixel_point.stride, row = pixel / stride, col = pixel % stride;
+  const float range_m = range_of(point), surface_m = kSurface_m + kSurfaceShare * range_m;
+  bool any = false;
+  for (const int32_t step : {-1, 1}) {
+    int32_t beside = kNoPoint;
+    for (int32_t i = 1; i <= kReach && beside < 0; ++i) beside = at(row, col + i * step);
+    if (beside >= 0 && abs_of(range_of(beside) - range_m) < surface_m) return false;
+    any = any || beside >= 0;
+  }
+  return any;
+}
+
 LevelPoints PixelView::find_level(int32_t point, float high_m) const noexcept {
   constexpr float kApart_m = 1.0f, kSlope = 0.05f, kMost_m = 0.15f;
   const int32_t pixel = part_.kept.points.pixel[point];

@@ -59,6 +59,9 @@ class PixelView {
   GroundBeside find_ground(const PixelBox& box) const noexcept;
   // Whether a pixel beside that of the point, in its row, lies on one surface with it.
   bool is_on_surface(int32_t point) const noexcept;
+  // Whether the next returns beside it in its row, at most three pixels away, lie at other ranges. A dark surface has
+  // gaps, but no jumps.
+  bool is_apart(int32_t point) const noexcept;
   // Adds the rows of a cluster. The ground beside a row has the range of the row's end: the row lies on it.
   void count_level(int32_t cluster, LevelRows& count) const noexcept;
   // The points in the next rows above and below that are as high over the running ground as a point, at another range;

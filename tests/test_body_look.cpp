@@ -24,11 +24,15 @@ int32_t keep_seen(const std::vector<Solid>& solids, bool with_map = true, double
   return bench.frame.kept_count;
 }
 
+// So much smoke that dark points may be of it.
+const Solid kSmoke = {25, -8, 0, 0.1, 2.0, 0.2, 1.4, -1, 0.01f};
+
 TEST_CASE("body look: what is as dark as the smoke around it and lies on no surface is smoke") {
   // Specks of one cluster, of which each is nearer or farther than the one beside it; smoke beside them.
-  const auto specks = [](float intensity, int32_t bright, bool with_smoke = true, bool in_threes = false) {
+  const auto specks = [](float intensity, int32_t bright, bool with_smoke = true, bool in_threes = false,
+                         int32_t count = 12) {
     std::vector<Solid> solids;
-    for (int32_t k = 0; k < 12; ++k)
+    for (int32_t k = 0; k < count; ++k)
       solids.push_back({20 + 0.7 * (in_threes ? k / 3 % 2 : k % 3), 0.08 * k, 0, 0.02, 0.06,
                         in_threes ? 0.4 : 0.4 + 0.1 * (k % 2), in_threes ? 0.47 : 0.47 + 0.1 * (k % 2), 1,
                         k < bright ? 1.0f : intensity});
@@ -37,17 +41,31 @@ TEST_CASE("body look: what is as dark as the smoke around it and lies on no surf
   };
   CHECK(keep_seen(specks(0.05f, 0)) == 0);
   CHECK(keep_seen(specks(0.05f, 1)) == 0);
-  CHECK(keep_seen(specks(0.2f, 0)) == 1);               // brighter than smoke
-  CHECK(keep_seen(specks(0.05f, 6)) == 1);              // as a part of it: something stands in the smoke
-  CHECK(keep_seen(specks(0.05f, 0, false)) == 1);       // a scan without smoke
-  CHECK(keep_seen(specks(0.05f, 0, true, true)) == 0);  // two of three points lie beside another one
-  CHECK(keep_seen(specks(0.05f, 1, true, true)) == 1);  // and something is bright
+  CHECK(keep_seen(specks(0.2f, 0)) == 1);          // brighter than smoke
+  CHECK(keep_seen(specks(0.05f, 6)) == 1);         // as a part of it: something stands in the smoke
+  CHECK(keep_seen(specks(0.05f, 0, false)) == 0);  // fresh smoke is dense: there is no other
+  CHECK(keep_seen(specks(0.05f, 2, false)) == 1);  // and something is bright
+  CHECK(keep_seen(specks(0.05f, 0, true, false, 4)) == 0);
+  CHECK(keep_seen(specks(0.05f, 0, false, false, 4)) == 1);  // of few points
+  CHECK(keep_seen(specks(0.05f, 0, true, true)) == 0);       // two of three points lie beside another one
+  CHECK(keep_seen(specks(0.05f, 1, true, true, 9)) == 1);    // and something is bright
   const Solid smoke = {20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f};
-  CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, smoke}) == 1);  // a surface
+  CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, smoke}) == 1);    // a surface
+  CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, kSmoke}) == 0);   // among much smoke
+  CHECK(keep_seen({{20, 0, 0, 0.02, 0.18, 0.4, 0.54, 1, 0.05f}, smoke}) == 1);  // of few points
 }
 
-// So much smoke that dark points may be of it.
-const Solid kSmoke = {25, -8, 0, 0.1, 2.0, 0.2, 1.4, -1, 0.01f};
+TEST_CASE("body look: gaps in a dark surface are no jumps of smoke") {
+  // Columns of a plate, of which the beam that hits it comes back from every second column only.
+  const auto kept = [](double jump_m) {
+    std::vector<Solid> plate = {{20.8, 0, 0, 0.01, 6, 0, 2, -2}};  // nothing comes back from behind
+    for (int32_t k = 0; k < 12; ++k)
+      plate.push_back({20 + jump_m * (k % 2), 0.1 * k, 0, 0.02, 0.05, 0.2, 0.8, 1, 0.05f});
+    return keep_seen(plate);
+  };
+  CHECK(kept(0.0) == 1);
+  CHECK(kept(0.7) == 0);
+}
 
 TEST_CASE("body look: on the apron, up to 5 m beyond a bound, what is a car beyond doubt stays") {
   // The bound is 6 m to the left. Number of candidates that remain of one solid, whose right side is at right_m.

@@ -401,6 +401,20 @@ TEST_CASE("clock: a pause of all sources loses nothing, in any order of return a
       }
 }
 
+TEST_CASE("clock: a sensor that delivers one scan in n costs the others nothing") {
+  for (const int32_t sensors : {2, 3})
+    for (int32_t n = 2; n <= 20; ++n) {
+      CAPTURE(sensors);
+      CAPTURE(n);
+      Story story{.sensors = sensors, .source = -1};
+      story.every.fill(1);
+      for (int32_t i = 1; i < sensors; ++i) story.every[std::size_t(i)] = n;
+      const Outcome out = Run(story).go();
+      CHECK(out.stats.used == out.stats.pushed);
+      CHECK(out.named == 0);
+    }
+}
+
 TEST_CASE("clock: sensors with half the rate are classified by their own interval") {
   for (uint32_t seed = 1; seed <= 6; ++seed) {
     CAPTURE(seed);

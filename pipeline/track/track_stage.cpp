@@ -242,7 +242,8 @@ void TrackStage::choose_reference(Frame& frame) noexcept {
   }
   frame.reference = reference_;
   if (reference_ == OVT_REFERENCE_VEHICLE) frame.flags |= OVT_FLAG_NO_EGO;
-  if (frame.ego_known && frame.ego_state.age_ns > kEgoFreshNs) frame.flags |= OVT_FLAG_EGO_STALE;
+  const bool lost = reference_ == OVT_REFERENCE_MAP && !rows_chose_map_ && !frame.ego_known;
+  if (lost || (frame.ego_known && frame.ego_state.age_ns > kEgoFreshNs)) frame.flags |= OVT_FLAG_EGO_STALE;
   if (!context_.map) frame.flags |= OVT_FLAG_NO_MAP;
   if (frame.failed) find_ego_on_map(context_, frame);
   if (frame.ego_off_map_m > context_.detect.ego_margin_m) frame.flags |= OVT_FLAG_EGO_OFF_MAP;
