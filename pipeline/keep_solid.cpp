@@ -15,9 +15,9 @@ constexpr float kTyres_m = 0.66f;  // height of a car's tyres
 constexpr float kHigh_m = 0.25f;   // lower objects may lie on the road
 constexpr float kTop_m = 0.6f;     // higher ones may be the level beam over the body of a car
 
-// A candidate is as dark as smoke, and its ranges jump from pixel to pixel. Smoke may also lie on a surface, as dense smoke
-// 50 m away does: among other smoke, many dark points are smoke, whatever their ranges. A few brighter ones may be of what
-// stands in the smoke.
+// A candidate is as dark as smoke, and its ranges jump from pixel to pixel. Smoke may also lie on a surface, as dense
+// smoke 50 m away does: among other smoke, many dark points are smoke, whatever their ranges. A few brighter ones may
+// be of what stands in the smoke.
 bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
   constexpr int32_t kBrightPart = 4, kMany = 10, kBrightOfMany = 10;
   constexpr float kApart = 0.5f, kDarkApart = 0.2f;

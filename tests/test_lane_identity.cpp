@@ -350,3 +350,29 @@ TEST_CASE("lane identity: of parked cars that come into view one after the other
     CHECK(std::count(first.begin(), first.end(), second[2]) == 0);
   }
 }
+
+TEST_CASE("lane identity: of two cars side by side that come back together, each has its own id") {
+  constexpr double kRadius = 800;
+  const test::CircleRoad ring = make_ring(kRadius);
+  const auto exchanged = [&](uint32_t seed) {
+    std::mt19937 random(seed);
+    const auto noise = [&](double size) { return size * (double(random() >> 8) / (1 << 23) - 1.0); };
+    LaneBench bench(&ring.map);
+    TrackId before[2] = {kNobody, kNobody}, after[2] = {kNobody, kNobody};
+    const double off_m[2] = {noise(3), noise(3)};
+    for (int32_t k = 0; k < 110; ++k) {
+      const double way_m = 50 * kFrame_s * k;
+      const Place ego = on_ring(kRadius, way_m - 30);
+      bench.input.ego = {true, ego.x_m, ego.y_m, (way_m - 30) / kRadius, 50};
+      std::vector<Measurement> rows;
+      for (int32_t c = 0; c < 2 && (k < 60 || k >= 80); ++c) {
+        const double angle = (way_m + (k < 60 ? 0.0 : off_m[c])) / kRadius, radius_m = kRadius + 3.0 * c - 1.5;
+        rows.push_back(pushed_row(radius_m * std::sin(angle), kRadius - radius_m * std::cos(angle), k));
+      }
+      const auto& ids = bench.step(k, rows);
+      for (std::size_t c = 0; c < rows.size(); ++c) (k < 60 ? before : after)[c] = ids[c];
+    }
+    return before[0] == after[1] || before[1] == after[0];
+  };
+  for (uint32_t seed = 1; seed <= 20; ++seed) CHECK_FALSE(exchanged(seed));
+}

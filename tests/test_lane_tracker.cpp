@@ -523,3 +523,65 @@ TEST_CASE("lane tracker: a measurement that is older than the state adds no nois
   };
   CHECK(variance_after(40'000'000) == doctest::Approx(variance_after(0)).epsilon(1e-9));
 }
+
+TEST_CASE("lane tracker: in a hairpin of more than half a turn the yaw rate has the sign of the lane") {
+  // Radius 12 m, 189 deg, between straights.
+  static constexpr double kRadius = 12, kTurn = 3.3, kStraight = 200, kSpeed = 13;
+  struct Pose {
+    double x, y, yaw;
+  };
+  const auto pose_at = [](double s_m) {
+    const double angle = std::clamp((s_m - kStraight) / kRadius, 0.0, kTurn);
+    const double in_m = std::min(s_m, kStraight), out_m = std::max(s_m - kStraight - kTurn * kRadius, 0.0);
+    return Pose{in_m + kRadius * std::sin(angle) + out_m * std::cos(angle),
+                kRadius * (1 - std::cos(angle)) + out_m * std::sin(angle), wrap_angle(angle)};
+  };
+  std::vector<double> x, y, half;
+  for (double s_m = 0; s_m < 2 * kStraight + kTurn * kRadius; s_m += 1)
+    x.push_back(pose_at(s_m).x), y.push_back(pose_at(s_m).y), half.push_back(8);
+  CircuitMap map;
+  const char* error = nullptr;
+  REQUIRE(map.build(x.data(), y.data(), half.data(), half.data(), nullptr, int32_t(x.size()), false, &error));
+  LaneBench bench(&map);
+  for (int32_t k = 0; k < 380; ++k) {
+    const double s_m = 120 + kSpeed * kFrame_s * k;
+    const Pose ego = pose_at(s_m - 15), car = pose_at(s_m);
+    bench.input.ego = {true, ego.x, ego.y, ego.yaw, kSpeed};
+    bench.step(k, {seen_car(car.x, car.y, k)});
+    CAPTURE(s_m);
+    REQUIRE(bench.rows.count == 1);
+    if (s_m > kStraight + 10 && s_m < kStraight + kTurn * kRadius)
+      CHECK(std::fabs(bench.state().estimate.mean.yaw_rate_rps - kSpeed / kRadius) < 0.5);
+    if (s_m > kStraight + kTurn * kRadius + 40) break;
+  }
+}
+
+TEST_CASE("lane tracker: a car that stands backwards after a spin and turns round has its heading again") {
+  LaneBench bench;
+  double x_m = 200, y_m = 0, heading = 0, speed = 0;
+  for (int32_t k = 0; k < 260; ++k) {
+    const double t_s = kFrame_s * k;
+    double course = 0;
+    int32_t front = 1;
+    if (t_s < 2)
+      speed = 20;
+    else if (t_s < 3)
+      heading = (t_s - 2) * kPi, speed = 20 - 6 * (t_s - 2);
+    else if (t_s < 4.5)
+      heading = kPi, speed = std::max(0.0, 14 - 9.4 * (t_s - 3));
+    else if (t_s < 5.5)
+      speed = 0, front = 0;
+    else if (t_s < 9.5)  // it turns at walking pace
+      speed = 3, heading = course = kPi - (t_s - 5.5) / 4 * kPi, front = 0;
+    else
+      speed = std::min(25.0, 3 + 6 * (t_s - 9.5)), heading = 0, front = 0;
+    x_m += speed * std::cos(course) * kFrame_s;
+    y_m += speed * std::sin(course) * kFrame_s;
+    bench.input.ego = {true, x_m - 25, y_m, 0, 10};
+    Measurement z = seen_car(x_m, y_m, k);
+    z.heading_rad = t_s > 9.7 ? 0 : wrap_angle(heading);
+    z.free_heading = t_s <= 9.7, z.front = front;
+    bench.step(k, {z});
+  }
+  CHECK(std::fabs(bench.state().heading_rad) < 0.3);
+}

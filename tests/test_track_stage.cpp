@@ -301,6 +301,9 @@ TEST_CASE("track stage: a prediction and a frame without ego pose do not change 
   CHECK((asked.frame.flags & OVT_FLAG_EGO_STALE) != 0);
   for (Bench* bench : {&asked, &quiet}) bench->run(1550 * kMs, 0);
   CHECK(hash_table(asked.frame.tracks, 0) == hash_table(quiet.frame.tracks, 0));
+  asked.predict(3000 * kMs);  // no pose is near
+  CHECK(asked.frame.ego_known == 0);
+  CHECK((asked.frame.flags & OVT_FLAG_EGO_STALE) != 0);
 }
 
 TEST_CASE("track stage: a prediction does not move the tracks to the map") {

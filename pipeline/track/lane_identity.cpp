@@ -82,7 +82,7 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
     }
   }
   const double t = lost.unseen_s;
-  distance_m = along_m;
+  distance_m = hypot_f64(along_m, across_m);
   return along_m < std::min(kAgainMost_m, kAgainAlong_m + t * (kAgainAlongRate + t * kAgainAlongGrowth)) &&
          across_m < kAgainAcross_m + t * kAgainAcrossRate &&
          std::fabs(found.estimate.mean.speed_mps - lost.estimate.mean.speed_mps) <

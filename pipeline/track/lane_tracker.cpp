@@ -105,9 +105,10 @@ double LanePolicy::find_curvature(const MapProjection& at) const noexcept {
   const bool is_inside = map_->closed() || (at.s_m > kLaneHalf_m && at.s_m < map_->length_m() - kLaneHalf_m);
   if (!is_inside) return at.curvature_per_m;
   int32_t ahead = at.segment, behind = at.segment;
-  const double turn_rad = wrap_angle(map_->at(at.s_m + kLaneHalf_m, &ahead).heading_rad -
-                                     map_->at(at.s_m - kLaneHalf_m, &behind).heading_rad);
-  return turn_rad / (2.0 * kLaneHalf_m);
+  const double to_rad = map_->at(at.s_m + kLaneHalf_m, &ahead).heading_rad;
+  const double from_rad = map_->at(at.s_m - kLaneHalf_m, &behind).heading_rad;
+  // By halves: a hairpin may turn by more than half a turn.
+  return (wrap_angle(to_rad - at.heading_rad) + wrap_angle(at.heading_rad - from_rad)) / (2.0 * kLaneHalf_m);
 }
 
 // The lane that the car follows. A slow car follows none, and does not turn.
@@ -381,7 +382,8 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
     update_on_lane(s.estimate, wide);
   measure_front(s, z);
   measure_heading(s, z);
-  if (z.front != 0) s.is_backwards = std::fabs(wrap_angle(s.heading_rad - s.estimate.mean.course_rad)) > kHalfPi;
+  if (z.front != 0 || s.heading_age_s == 0.0)
+    s.is_backwards = std::fabs(wrap_angle(s.heading_rad - s.estimate.mean.course_rad)) > kHalfPi;
   turn_heading(s, 0.0, true);
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;
