@@ -9,7 +9,7 @@
  *
  * Quick start:
  *   ovt_detector_def def = ovt_default_detector_def();
- *   def.sensors = sensors; def.sensor_count = 3;
+ *   def.sensors = sensors; def.sensor_count = 3; def.worker_count = 0;
  *   ovt_create_detector(&def, &detector); ovt_create_reader(detector, &reader);
  *   ... ovt_push_ego_pose(detector, &pose); ovt_push_scan(detector, &scan); ...          (any thread, one per sensor)
  *   if (ovt_next_frame(reader, &info) == OVT_OK) ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks);
@@ -250,8 +250,9 @@ OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 /* Race track map. Columns of `count` points in driving direction; create copies them. Either a centre line with widths,
  * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m, a map that is nowhere
  * 1 m wide: OVT_BAD_ARGUMENT.
- * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it;
- * null, or 0 everywhere: unknown, and best takes the cross slope from the attitude of the ego poses. */
+ * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it,
+ * and only of a centre line (beside bounds it is not read). Null, or 0 everywhere: unknown, and best takes the cross
+ * slope from the attitude of the ego poses. */
 typedef struct ovt_map_def {
   size_t struct_size;
   int32_t closed;                    /* non-zero: the last point is followed by the first */
@@ -283,11 +284,12 @@ typedef struct ovt_reader ovt_reader;
 typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);   /* null: no memory; ovt_create_... only */
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 /* Logs one sentence per call, on the thread where the event happens. Logs create-time information (ISA, workers,
- * refused requests), and later each caught exception, refused call and frame that hangs. Events of scans, points and
- * tracks are counters (ovt_stats) and flags, never log lines. */
+ * refused requests), and later each caught exception, the first refused call and each frame that hangs. Events of
+ * scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished the frame: with
- * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library. The
+ * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library, or that
+ * in ovt_destroy_detector, which helps. The
  * tracks of the next frame wait for on_frame, and other readers see the frame only afterwards. The reader is valid
  * during the call only and is positioned at that frame. From on_frame call only ovt_read_...(reader): ovt_push_scan,
  * ovt_push_detections, ovt_advance and ovt_flush of the same detector return OVT_WRONG_THREAD, and ovt_destroy_detector
@@ -379,7 +381,8 @@ OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_
                                                size_t error_size);
 /* Order of a shut-down: stop the producers, ovt_flush if the last frames matter, destroy the readers, destroy the
  * detector. NULL is allowed. Waits for the frames in work and for the open one: on_frame is called for them, so `user`
- * must outlive this call. Readers that still exist stay valid until destroyed, but get no new frames. */
+ * must outlive this call. Readers that still exist stay valid until destroyed, but get no new frames; with the def's
+ * alloc and free, `user` must outlive the last of them, too. */
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* What create granted of the def's requests. worker_count is smaller than requested when something else in the process
@@ -438,7 +441,7 @@ static inline ovt_column ovt_make_column(const void* records, const void* member
 typedef struct ovt_points {
   size_t struct_size;
   int32_t sensor;                    /* index in the def */
-  int32_t count;                     /* may be 0: an empty scan is valid */
+  int32_t count;                     /* may be 0: an empty scan, whose columns have types all the same, is valid */
   int64_t stamp_ns;
   ovt_column x, y, z, layer, intensity, time;
   double time_unit_ns;
@@ -498,7 +501,7 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  *                                                 other pieces of this scan are refused too (pieces_dropped)
  *
  * ovt_end_scan: point_count is the number of points that the sensor sent, so that a lost last piece is noticed; -1:
- * unknown. Below the index of a point that came: OVT_BAD_ARGUMENT, and the scan stays open. It may be above
+ * unknown. Not above the index of each point that came: OVT_BAD_ARGUMENT, and the scan stays open. It may be above
  * point_capacity: the missing points are only counted. OVT_LATE, not counted, if the scan ended already.
  * A scan that is not ended is closed, as incomplete (scans_unended), by the next scan of its sensor, by ovt_flush, when
  * ovt_advance reports a time that is frame.scan_limit periods after its stamp, or when the stamps of another sensor's

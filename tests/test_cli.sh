@@ -504,6 +504,26 @@ grep -q '^note   map: the ego vehicle is outside of race.mcap in 6 of [0-9]* pos
 grep -q '^note   map: the ego vehicle is outside of race/map.csv in 6 of [0-9]* poses' stdout || fail "doctor ignores the folder's map: $(cat stdout)"
 "$overtake" doctor race --ego jump.csv --map none | grep -q '  map: ' && fail "doctor --map none uses a map"
 
+# ---- a gap of more than a second between scans; a point without coordinates; a full disk
+printf 'stamp_ns,x_m,y_m\n' >gap.csv
+for ms in 1000 1050 1100 2300 2350 2400; do echo "${ms}000000,10,5" >>gap.csv; done
+expect "track over a gap" "$overtake" track gap.csv --out gap
+grep -q '^2400000000,[0-9]*,[a-z]*,5,' gap/tracks.csv || fail "track over a gap: $(cat gap/tracks.csv)"
+grep -q '^note: 2 scans after a gap of more than a second' stdout || fail "track over a gap: $(cat stdout)"
+mkdir nan
+{
+  printf '%s\n' 'VERSION 0.7' 'FIELDS x y z ring' 'SIZE 4 4 4 4' 'TYPE F F F U' 'COUNT 1 1 1 1' 'WIDTH 3' 'HEIGHT 1' \
+    'POINTS 3' 'DATA ascii' '10 0 -0.5 9' 'nan nan nan 0' 'inf 0 0 1'
+} >nan/000000_front.pcd
+expect "inspect of points that are not finite" "$overtake" inspect nan --rig av21 --sensor front --out nan_out
+"$overtake" info scene >/dev/full 2>stderr
+code=$?
+((code == 1)) && grep -q '^overtake: the output could not be written$' stderr || fail "info to a full disk: exit code $code, $(cat stderr)"
+printf '%s\n' 'name = "odd"' 'track = "oval"' '[sensors]' 'range_min_m = 50' 'range_max_m = 10' '[[car]]' 'name = "ego"' >odd.toml
+refuse "odd.toml:4:*range_min_m must be below range_max_m" simulate odd.toml --out odd.mcap
+sed -i 's/^range_min_m.*/rate_hz = 1/; s/^range_max_m.*/lines_per_s = 5120/' odd.toml
+refuse "odd.toml:5:*more than 1024 lines a scan*" simulate odd.toml --out odd.mcap
+
 # ---- pictures of a race
 expect "pictures" "$overtake" simulate demo --pictures pictures --picture-at 1.5
 for picture in above front left right; do

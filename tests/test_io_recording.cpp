@@ -91,6 +91,21 @@ TEST_CASE("recording: offsets stay offsets; absolute times become stamp and offs
   CHECK(scan.stamp_ns == 1672875115250000000);
   CHECK(scan.time_offset_ns == std::vector<int32_t>{250'000'000, 0});
 
+  // A pixel without a return has time 0 beside absolute ones; doubles show their unit.
+  scan = read(cloud_with_time("nan nan nan 4 0\n1 2 3 4 1672875115412000300\n1 2 3 4 1672875115412000123\n", "8", "U"));
+  CHECK(scan.stamp_ns == 1672875115412000123);
+  CHECK(scan.time_offset_ns == std::vector<int32_t>{0, 177, 0});
+  for (const char* times : {"1672875115250000000 1672875115500000000", "1672875115250000 1672875115500000",
+                            "1672875115250 1672875115500"}) {
+    const std::string both = times;
+    const auto space = both.find(' ');
+    scan = read(
+        cloud_with_time("1 2 3 4 " + both.substr(space + 1) + "\n1 2 3 4 " + both.substr(0, space) + "\n", "8", "F"));
+    CHECK(std::llabs(scan.stamp_ns - 1672875115250000000) <= 256);  // a double's last digit
+    REQUIRE(scan.time_offset_ns.size() == 2);
+    CHECK(std::abs(scan.time_offset_ns[0] - 250'000'000) <= 256);
+  }
+
   rig.time_unit = io::TimeUnit::kMicroseconds;
   scan = read(cloud_with_time("1 2 3 4 7\n1 2 3 4 99999999\n", "4", "U"));
   CHECK(scan.time_offset_ns == std::vector<int32_t>{7000, INT32_MAX});  // saturated

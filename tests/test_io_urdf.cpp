@@ -49,6 +49,8 @@ TEST_CASE("URDF: a sensor's mounting is the chain of joints from its link to the
   io::mount_by_urdf(rig, path + ",axle");
   CHECK(rig.sensors[0].x_m == doctest::Approx(2));
   CHECK(rig.sensors[0].yaw_deg == doctest::Approx(0));
+  rig.cloud_in_vehicle_frame = true;
+  CHECK(error_of([&] { io::mount_by_urdf(rig, path + ",axle"); }).starts_with(path + ": link 'lidar' is turned, but"));
 }
 
 TEST_CASE("URDF: missing or wrong elements are named") {

@@ -174,6 +174,10 @@ int examine(const DoctorOptions& options) {
     examine_bag(config, doctor, findings);
   else if ((fit = check_names(config, findings)))
     examine_folder(config, doctor);
+  if (interrupted()) {  // a part of the recording tells nothing of the whole
+    std::fprintf(stderr, "overtake: interrupted: %s was not read to its end\n", printable(config.input).c_str());
+    return kInterrupted;
+  }
   if (fit)  // else no sensor of the rig is in the recording
     for (Finding& finding : doctor.findings()) findings.push_back(std::move(finding));
   const bool any_wrong = std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.wrong; });

@@ -165,12 +165,17 @@ int print_info(const InfoOptions& options) {
   if (!partial.empty() && !options.json) std::printf("this log is partial: %s\n", printable(partial).c_str());
   io::check_one_kind(options.input);
   const bool is_bag = io::is_bag(options.input);
-  const RecordingInfo info = is_bag ? look_into_bag(options.input) : look_into_folder(options.input);
+  RecordingInfo info = is_bag ? look_into_bag(options.input) : look_into_folder(options.input);
+  if (interrupted()) info.damage = "interrupted, not read to its end";
   if (options.json)
     std::fputs(info_json(info).c_str(), stdout);
   else
     is_bag ? print_bag(info) : print_folder(info);
   if (info.damage.empty()) return 0;
+  if (interrupted()) {
+    std::fprintf(stderr, "overtake: interrupted; the output describes the part that was read\n");
+    return kInterrupted;
+  }
   std::fprintf(stderr, "overtake: %s: %s; the output describes the part before the damage\n",
                printable(info.path).c_str(), printable(info.damage).c_str());
   return kDamaged;

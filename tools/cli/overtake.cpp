@@ -14,7 +14,10 @@
 int main(int argc, char** argv) {
   constexpr int kFailed = 1;
   try {
-    return overtake::cli::run_command_line(argc, argv);
+    const int code = overtake::cli::run_command_line(argc, argv);
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    std::fprintf(stderr, "overtake: the output could not be written\n");
+    return kFailed;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "overtake: out of memory; --max-memory limits the memory for reading a file (now %s)\n",
                  overtake::io::format_size(overtake::io::memory_limit()).c_str());

@@ -35,7 +35,7 @@ Rgb scale_color(double share) {
   static constexpr Rgb kStops[] = {{38, 20, 84},   {50, 60, 135},  {44, 100, 150}, {36, 135, 150},
                                    {40, 170, 130}, {105, 200, 90}, {190, 220, 60}, {253, 240, 110}};
   constexpr int32_t kSteps = int32_t(std::size(kStops)) - 1;
-  const double at = std::clamp(share, 0.0, 1.0) * kSteps;
+  const double at = share > 0.0 ? std::min(share, 1.0) * kSteps : 0.0;  // also of NaN
   const int32_t stop = std::min(int32_t(at), kSteps - 1);
   return mix(kStops[stop], kStops[stop + 1], at - stop);
 }

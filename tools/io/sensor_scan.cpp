@@ -21,26 +21,34 @@ int64_t unit_ns(TimeUnit unit, const CloudColumn& column) {
     case TimeUnit::kNanoseconds: return 1;
     case TimeUnit::kAuto: break;
   }
-  return is_float(column.type) ? 1'000'000'000 : 1;
+  if (!is_float(column.type)) return 1;
+  // Floating-point times of a clock that counts from 1970 show their unit.
+  double most = 0.0;
+  for (std::size_t i = 0; i < column.values(); ++i)
+    if (const double value = column.value(i); value > most && value < 9.2e18) most = value;
+  return most > 1e17 ? 1 : most > 1e14 ? 1'000 : most > 1e11 ? 1'000'000 : 1'000'000'000;
 }
 
-// Times above eleven days are absolute: the earliest becomes the scan's stamp. Smaller times are offsets. A NaN becomes
-// offset 0.
+// Times above eleven days are absolute: the earliest becomes the scan's stamp. Smaller times are offsets; beside absolute
+// ones they belong to pixels without a return. These, and a NaN, become offset 0.
 void read_times(const CloudColumn& column, int64_t unit, SensorScan& scan) {
   constexpr int64_t kAbsolute = 1'000'000'000'000'000;
   const std::size_t count = column.values();
   std::vector<int64_t> times(count);
   std::vector<bool> known(count);
-  int64_t first = INT64_MAX;
+  int64_t first = INT64_MAX;  // absolute
   for (std::size_t i = 0; i < count; ++i) {
     const double value = column.value(i);
     known[i] = std::fabs(value) * double(unit) < 9.2e18;  // also not NaN
     if (!known[i]) continue;
     times[i] = !is_float(column.type) && unit == 1 ? column.integer(i) : to_nanoseconds(value, unit);
-    first = std::min(first, times[i]);
+    if (times[i] > kAbsolute) first = std::min(first, times[i]);
   }
-  const int64_t base = first != INT64_MAX && first > kAbsolute ? first : 0;
-  if (base) scan.stamp_ns = base;
+  const int64_t base = first != INT64_MAX ? first : 0;
+  if (base) {
+    scan.stamp_ns = base;
+    for (std::size_t i = 0; i < count; ++i) known[i] = known[i] && times[i] >= base;
+  }
   scan.time_offset_ns.resize(count);
   for (std::size_t i = 0; i < count; ++i)
     scan.time_offset_ns[i] = known[i] ? int32_t(std::clamp<int64_t>(times[i] - base, -INT32_MAX, INT32_MAX)) : 0;

@@ -120,6 +120,10 @@ void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
     sensor.roll_deg = tidy(std::atan2(r[7], r[8]) * kDegrees);
     sensor.pitch_deg = tidy(std::atan2(-r[6], std::hypot(r[7], r[8])) * kDegrees);
     sensor.yaw_deg = tidy(std::atan2(r[3], r[0]) * kDegrees);
+    if (rig.cloud_in_vehicle_frame && (sensor.roll_deg != 0 || sensor.pitch_deg != 0 || sensor.yaw_deg != 0))
+      throw Error(path, 0,
+                  "link '" + link + "' is turned, but the clouds of rig '" + rig.name +
+                      "' are in the vehicle frame (cloud_frame): no rotation may be applied to them");
   }
 }
 

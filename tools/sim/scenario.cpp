@@ -32,6 +32,10 @@ ScanPattern read_pattern(TomlReader& toml, ScanPattern p) {
   }
   p.rate_hz = toml.number_or("rate_hz", 1, 30, p.rate_hz);
   p.lines_per_s = toml.number_or("lines_per_s", 64, 5120, p.lines_per_s);
+  constexpr double kMostRows = 1024;  // of an image
+  if (p.lines_per_s / p.rate_hz > kMostRows)
+    toml.fail(toml.line_of(toml.has("lines_per_s") ? "lines_per_s" : "rate_hz"),
+              "more than 1024 lines a scan: lines_per_s / rate_hz");
   p.fov_top_rad = toml.number_or("fov_top_deg", -15, 15, p.fov_top_rad / kDegree) * kDegree;
   p.fov_bottom_rad = toml.number_or("fov_bottom_deg", -15, 15, p.fov_bottom_rad / kDegree) * kDegree;
   p.center_rad = toml.number_or("center_deg", -15, 15, p.center_rad / kDegree) * kDegree;
@@ -58,6 +62,9 @@ void read_sensors(Scenario& scenario, TomlReader& toml) {
   e.own_nose_share = toml.number_or("own_nose_share", 0, 1, e.own_nose_share);
   e.range_min_m = toml.number_or("range_min_m", 0.1, 50, e.range_min_m);
   e.range_max_m = toml.number_or("range_max_m", 10, 300, e.range_max_m);
+  if (e.range_min_m >= e.range_max_m)
+    toml.fail(toml.line_of(toml.has("range_min_m") ? "range_min_m" : "range_max_m"),
+              "range_min_m must be below range_max_m");
   e.second_returns = toml.boolean_or("second_returns", e.second_returns);
   e.report_own_car = toml.boolean_or("report_own_car", e.report_own_car);
   scenario.patterns = {{0, read_pattern(toml, ScanPattern())}};
