@@ -29,8 +29,8 @@ int64_t unit_ns(TimeUnit unit, const CloudColumn& column) {
   return most > 1e17 ? 1 : most > 1e14 ? 1'000 : most > 1e11 ? 1'000'000 : 1'000'000'000;
 }
 
-// Times above eleven days are absolute: the earliest becomes the scan's stamp. Smaller times are offsets; beside absolute
-// ones they belong to pixels without a return. These, and a NaN, become offset 0.
+// Times above eleven days are absolute: the earliest becomes the scan's stamp. Smaller times are offsets; beside
+// absolute ones they belong to pixels without a return. These, and a NaN, become offset 0.
 void read_times(const CloudColumn& column, int64_t unit, SensorScan& scan) {
   constexpr int64_t kAbsolute = 1'000'000'000'000'000;
   const std::size_t count = column.values();
