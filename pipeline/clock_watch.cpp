@@ -80,7 +80,7 @@ bool ClockWatch::is_good(int32_t source, int64_t stamp_ns, const Others& others)
   const int64_t lead = difference_ns(stamp_ns, others.newest_ns);
   if (lead <= near_ns_) return true;
   if (source == kExternal || !continues(source, stamp_ns)) return false;
-  // No step: since the newest stamp of the others, its own came one interval after the other. The others miss scans.
+  // No step: since the others' newest stamp, this sensor has delivered one each interval. The others lose scans.
   if (lead <= near_ns_ + (others.since - 1) * interval_of(sources_[source])) return true;
   // No step: the others are overdue, or one of two drifts. The limit is where the others would become late.
   return others.fresh <= 1 && lead <= kLateNs - 2 * near_ns_;

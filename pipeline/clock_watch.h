@@ -7,7 +7,9 @@
 //   stamp                                                   verdict
 //   more than 0.5 s older than the newest good stamp        suspect
 //   ahead of the newest stamp of the other good sensors     suspect: this sensor's clock is wrong, or all sensors
-//   by more than the frame tolerance and a period           paused. Held until the other sensors deliver newer stamps
+//   by more than the frame tolerance and a period           paused. Held until the other sensors deliver newer stamps.
+//                                                           Good if the sensor has delivered one stamp each interval
+//                                                           since then: the others lose scans
 //   no other sensor is good: more than 1 s ahead            suspect
 //   else                                                    good
 //

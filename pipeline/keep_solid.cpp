@@ -15,33 +15,36 @@ constexpr float kTyres_m = 0.66f;  // height of a car's tyres
 constexpr float kHigh_m = 0.25f;   // lower objects may lie on the road
 constexpr float kTop_m = 0.6f;     // higher ones may be the level beam over the body of a car
 
-// A candidate is as dark as smoke, and its ranges jump from pixel to pixel. Smoke may also lie on a surface, as dense
-// smoke 50 m away does: among other smoke, many dark points are smoke, whatever their ranges. A few brighter ones may
-// be of what stands in the smoke.
+// A candidate is as dark as smoke, but for a few points, which may be of what stands in the smoke; and its ranges jump
+// from pixel to pixel. Dense smoke 50 m away lies on a surface: of many points it needs no jumps among other smoke, and
+// no other smoke where it has jumps.
 bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
   constexpr int32_t kBrightPart = 4, kMany = 10, kBrightOfMany = 10;
   constexpr float kApart = 0.5f, kDarkApart = 0.2f;
-  int32_t points = 0, bright = 0, apart = 0;
+  const int32_t points = frame.merged.point_count[row], min_points = context.detect.gate_clusters.min_points;
+  int32_t bright = 0;
+  const auto are_many_dark = [&] { return points >= kMany && kBrightOfMany * bright <= points; };
+  const auto are_few_bright = [&] { return bright < min_points && kBrightPart * bright <= points; };
   bool any_smoke = false, much_smoke = false;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
     const int32_t s = int32_t(&part - frame.sensors);
     any_smoke = any_smoke || part.reason_count[int32_t(Reason::kSmoke)] > 0;
     much_smoke = much_smoke || frame.smoke_limit[s] > 0.0f;
-    points += count;
-    const PixelView view(context.sensors[s], part);
     const float dark = context.segment[s].drop_smoke.dark_share * ground.of(part);
-    for (int32_t k = begin; k < begin + count; ++k) {
-      const int32_t point = part.cluster_points.point[k];
-      bright += !(part.scan.intensity[point] < dark);
-      apart += view.is_apart(point);
-    }
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end && (are_many_dark() || are_few_bright()); ++k)
+      bright += !(part.scan.intensity[part.cluster_points.point[k]] < dark);
   });
-  if (points >= kMany && kBrightOfMany * bright <= points)
-    return much_smoke || float(apart) > kDarkApart * float(points);
-  const float least = bright > 0 ? kApart : kDarkApart;
-  return any_smoke && bright < context.detect.gate_clusters.min_points && kBrightPart * bright <= points &&
-         float(apart) > least * float(points);
+  const bool is_dark = are_many_dark();
+  if (!is_dark && !(any_smoke && are_few_bright())) return false;
+  if (is_dark && much_smoke) return true;
+  int32_t apart = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const PixelView view(context.sensors[&part - frame.sensors], part);
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; ++k) apart += view.is_apart(part.cluster_points.point[k]);
+  });
+  return float(apart) > (is_dark || bright == 0 ? kDarkApart : kApart) * float(points);
 }
 
 // Whether a cluster lies as flat as ground along the line of sight.

@@ -288,12 +288,11 @@ typedef void ovt_free_fn(void* block, size_t bytes, void* user);
  * scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished the frame: with
- * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library, or that
- * in ovt_destroy_detector, which helps. The
- * tracks of the next frame wait for on_frame, and other readers see the frame only afterwards. The reader is valid
- * during the call only and is positioned at that frame. From on_frame call only ovt_read_...(reader): ovt_push_scan,
- * ovt_push_detections, ovt_advance and ovt_flush of the same detector return OVT_WRONG_THREAD, and ovt_destroy_detector
- * would wait for itself. */
+ * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library, or the
+ * one that calls ovt_destroy_detector. The tracks of the next frame wait for on_frame, and other readers see the frame
+ * only afterwards. The reader is valid during the call only and is positioned at that frame. From on_frame call only
+ * ovt_read_...(reader): ovt_push_scan, ovt_push_detections, ovt_advance and ovt_flush of the same detector return
+ * OVT_WRONG_THREAD, and ovt_destroy_detector would wait for itself. */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you need. Create copies everything. */

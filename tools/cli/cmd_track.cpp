@@ -4,7 +4,6 @@
 // overtake track: runs the tracker alone on detections in the map frame; writes tracks.csv and config.toml.
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <optional>
 #include <set>
 
@@ -145,28 +144,26 @@ int track(const Options& options) {
   Progress progress(int64_t(scans.size()), options.quiet);
   std::set<uint64_t> seen, confirmed;
   std::size_t done = 0;
-  std::map<int64_t, int64_t> number_of;  // by stamp, of the scans without a frame
+  int64_t held = 0;  // scans without a frame of their own
   for (; done < scans.size() && !interrupted(); ++done) {
     session.push_ego_until(scans[done].stamp_ns);
-    number_of[scans[done].stamp_ns] = int64_t(done);
     push_scan(session, scans[done]);
     session.flush();
-    // None while a scan after a gap is held, until the next one agrees: the reader then has the latest.
+    // No frame while a scan after a gap is held, until the next ones agree with its stamp.
     ovt_frame_info info;
-    ovt_status status = OVT_OK;
-    while ((status = ovt_next_frame(reader.get(), &info)) == OVT_OK) {
+    const ovt_status status = ovt_next_frame(reader.get(), &info);
+    held += status == OVT_NO_FRAME;
+    if (status != OVT_NO_FRAME) {
+      check(status, "scan " + std::to_string(scans[done].stamp_ns));
       ovt_tracks tracks;
       check(ovt_read_tracks(reader.get(), OVT_AT_FRAME_STAMP, &tracks), "tracks");
       open_table(tracks);
-      const auto number = number_of.find(info.stamp_ns);
-      write_tracks(*tracks_csv, number != number_of.end() ? number->second : int64_t(done), info, tracks);
-      number_of.erase(info.stamp_ns);
+      write_tracks(*tracks_csv, int64_t(done), info, tracks);
       for (int32_t i = 0; i < tracks.count; ++i) {
         seen.insert(tracks.id[i]);
         if (tracks.state[i] == OVT_CONFIRMED) confirmed.insert(tracks.id[i]);
       }
     }
-    if (status != OVT_NO_FRAME) check(status, "scan " + std::to_string(scans[done].stamp_ns));
     guard.keep();
     progress.show(int64_t(done) + 1);
   }
@@ -181,10 +178,9 @@ int track(const Options& options) {
     std::printf("%s, %s, %zu of them confirmed. Written to %s: tracks.csv config.toml\n",
                 io::counted(int64_t(done), "scan").c_str(), io::counted(int64_t(seen.size()), "track").c_str(),
                 confirmed.size(), options.out.c_str());
-  if (!options.quiet && !number_of.empty() && !interrupted())
-    std::printf(
-        "note: %s after a gap of more than a second: no row in tracks.csv until a next one confirmed the time\n",
-        io::counted(int64_t(number_of.size()), "scan").c_str());
+  if (!options.quiet && held > 0)
+    std::printf("note: %s after a gap of more than a second: no rows in tracks.csv until the next ones confirmed it\n",
+                io::counted(held, "scan").c_str());
   if (!options.quiet)
     for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (interrupted())
