@@ -63,8 +63,9 @@ bool Detector::enter() {
 }
 
 ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
-  const ovt_status status = ego_->push(
-      {in.stamp_ns, in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps});
+  const EgoPose pose = {in.stamp_ns,  in.x_m,     in.y_m,       in.z_m,         in.roll_rad,
+                        in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps};
+  const ovt_status status = ego_->push(bank_attitude_.complete(pose));
   (status == OVT_OK ? counters_.ego_poses : counters_.ego_dropped).fetch_add(1, std::memory_order_relaxed);
   if (const int32_t n = ego_->take_dropped()) {  // push had returned OVT_OK for them
     counters_.ego_poses.fetch_sub(n, std::memory_order_relaxed);

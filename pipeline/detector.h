@@ -24,6 +24,7 @@
 #include "pipeline/frame_pool.h"
 #include "pipeline/mailbox.h"
 #include "pipeline/memory.h"
+#include "pipeline/road/bank_attitude.h"
 #include "pipeline/scan_builder.h"
 #include "pipeline/stages.h"
 
@@ -159,6 +160,7 @@ class Detector {
   Mailbox<ExternalScan> external_;
   std::unique_ptr<EgoBuffer> ego_;
   HeightProfile profile_;
+  BankAttitude bank_attitude_;
   std::unique_ptr<TrackStage> track_stage_;
   std::unique_ptr<ThreadSetup> thread_setup_;
   std::unique_ptr<FrameRunner> runner_;

@@ -277,6 +277,7 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
     error = "no memory for the height profile";
     return OVT_NO_MEMORY;
   }
+  if (reads_road) bank_attitude_.build(context_.map);
   assembler_ = std::make_unique<FrameAssembler>(assembly, pool_, *ego_, *runner_, reads_road ? &profile_ : nullptr);
   if (!assembler_->build(point_capacity_, def.candidate_capacity, memory_.allocator())) {
     error = "no memory for held scans";

@@ -58,6 +58,7 @@ EgoPose interpolate(const EgoPose& a, const EgoPose& b, int64_t stamp_ns) noexce
   out.yaw_rad = mix_angle(a.yaw_rad, b.yaw_rad);
   out.speed_mps = mix(a.speed_mps, b.speed_mps);
   out.yaw_rate_rps = mix(a.yaw_rate_rps, b.yaw_rate_rps);
+  out.has_attitude = a.has_attitude && b.has_attitude;
   return out;
 }
 

@@ -5,7 +5,9 @@
 //
 // Two cars stay two. Nose to tail, the same part of both cars is a length and the distance between them apart, which is
 // longer than the limit. Side by side, it is a width and the distance apart. A seed that is wider than a car is one car
-// across the circuit; the limits are turned for it alone, so two cars side by side never become one of those.
+// across the circuit; the limits are turned for it alone, so two cars side by side never become one of those. Of a car
+// that stands at an angle to the lane the box exceeds the limits; where two sensors see it whole, both boxes are the
+// same.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -21,12 +23,14 @@ namespace {
 
 constexpr int32_t kFree = -1;
 constexpr float kApronReach_m = 40.0f;  // farther away few cars on the apron fall into several clusters
+constexpr float kSame_m = 0.3f;         // two sensors do not see the same parts of an end
 constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
 
 struct Group {
   OrientedBox box;  // along psi_REF of the seed
   float low_z, high_z;
   float min_x, max_x;  // vehicle frame
+  int32_t sensors;     // mask
 };
 
 float gap_of(float low_a, float high_a, float low_b, float high_b) {
@@ -131,8 +135,8 @@ class Joiner {
   int32_t grow(int32_t seed) {
     if (places_.group[seed] != kFree) return 0;
     places_.group[seed] = seed;
-    Group group = {box_of(places_, seed), merged_.min_z_m[seed], merged_.max_z_m[seed], merged_.min_x_m[seed],
-                   merged_.max_x_m[seed]};
+    Group group = {box_of(places_, seed), merged_.min_z_m[seed], merged_.max_z_m[seed],
+                   merged_.min_x_m[seed], merged_.max_x_m[seed], merged_.sensor_mask[seed]};
     const bool across = group.box.width() > params_.limits.width_m;
     int32_t joined = 0;
     for (;; ++joined) {
@@ -144,6 +148,7 @@ class Joiner {
       group.high_z = max_of(group.high_z, merged_.max_z_m[row]);
       group.min_x = min_of(group.min_x, merged_.min_x_m[row]);
       group.max_x = max_of(group.max_x, merged_.max_x_m[row]);
+      group.sensors |= merged_.sensor_mask[row];
     }
   }
 
@@ -174,7 +179,8 @@ class Joiner {
       const float gap_2 = gap_of(group.box.low_2, group.box.high_2, box.low_2, box.high_2);
       if (gap_1 > params_.gap_m || gap_2 > params_.gap_m) continue;
       const OrientedBox both = unite(group.box, box);
-      if (both.length() > most_1 || both.width() > most_2) continue;
+      const auto fits = [&](const OrientedBox& b) { return b.length() <= most_1 && b.width() <= most_2; };
+      if (!fits(both) && ((fits(group.box) && fits(box)) || !is_same(group, row, box, both))) continue;
       if (max_of(group.high_z, merged_.max_z_m[row]) - min_of(group.low_z, merged_.min_z_m[row]) > limits.height_m)
         continue;
       const float gap_m2 = gap_1 * gap_1 + gap_2 * gap_2;
@@ -184,6 +190,13 @@ class Joiner {
       }
     }
     return nearest;
+  }
+
+  // Whether other sensors than the group's see the same object in a row: the union is no larger than one of them.
+  bool is_same(const Group& group, int32_t row, const OrientedBox& box, const OrientedBox& both) const {
+    return (group.sensors & merged_.sensor_mask[row]) == 0 &&
+           both.length() <= max_of(group.box.length(), box.length()) + kSame_m &&
+           both.width() <= max_of(group.box.width(), box.width()) + kSame_m;
   }
 
   // Makes one row of each group, in the place of its first row.

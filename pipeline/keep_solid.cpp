@@ -78,10 +78,11 @@ bool goes_on_level(const StageContext& context, const Frame& frame, int32_t row,
 }
 
 // Whether a near candidate of one row is road: of a body so high over the road, the row below hits a lower part, or its
-// foot. From kTop_m on it may be a beam that goes level over the body of a car, and no road so near is misjudged by as
-// much.
-bool is_near_ground(const StageContext& context, const Frame& frame, int32_t row) {
-  return measure_heights(frame, row).high_m < kTop_m &&
+// foot, unless the rows are farther apart than that. From kTop_m on it may be a beam that goes level over the body of a
+// car, and no road so near is misjudged by as much.
+bool is_near_ground(const StageContext& context, const Frame& frame, int32_t row, float row_m) {
+  const float high_m = measure_heights(frame, row).high_m;
+  return high_m < kTop_m && row_m <= high_m &&
          goes_on_level(context, frame, row, [](int32_t, const PixelView&, int32_t, int32_t) { return true; });
 }
 
@@ -153,8 +154,8 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   const int32_t rows = pixels.row_high - pixels.row_low;
   if (goes_on_as_ground(context, frame, row, rows)) return true;
   if (rows == 1 && merged.nearest_m[row] < kFar_m && is_near_slab(context, frame, row, pixels.row_low)) return true;
-  if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_near_ground(context, frame, row);
   const float row_m = merged.nearest_m[row] * view.find_row_pitch(pixels);
+  if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_near_ground(context, frame, row, row_m);
   if (rows == 0 && is_row_of_road(context, frame, row, row_m)) return true;
   if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;

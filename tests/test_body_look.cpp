@@ -175,6 +175,24 @@ TEST_CASE("body look: one row that is as high over a misjudged road as the next 
   CHECK(kept(0.61f, 0.57f) == 1);  // a level beam over the body of a car
 }
 
+TEST_CASE("body look: one row that hits a car between rows far apart, below one that hits a wall as high, is no road") {
+  // Rows 2 deg apart, 0.5 m at the car; heights over the running ground.
+  const auto kept = [](float car_m, float wall_m) {
+    RulesBench bench;
+    bench.look({{14.7, 0, 0, 0.4, 1.5, 0.3, 0.6}, {70, 0, 0, 1, 20, 0, 3, 2}}, 0.035);
+    const SegmentViews& views = bench.frame.sensors[0].kept;
+    const int32_t car = bench.frame.sensors[0].clusters.label[0];
+    for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i)
+      if (views.points.label[i] > kLabelGround)
+        views.images.height_m.data[views.points.pixel[i]] = views.points.label[i] == car ? car_m : wall_m;
+    gate(bench);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(0.45f, 0.9f) == 1);
+  CHECK(kept(0.45f, 0.45f) == 1);
+  CHECK(kept(0.55f, 0.55f) == 0);  // higher than the rows are apart: a row below would hit the car
+}
+
 TEST_CASE("body look: two flat rows that are as high over a misjudged road as the row above them are road") {
   // Two rows, 1 m apart; `object_m`, `road_m`: heights over the running ground.
   const auto kept = [](float object_m, float road_m, double apart_m = 1.0) {

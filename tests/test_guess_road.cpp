@@ -131,9 +131,12 @@ CircleRoad rising_bank(bool with_banking, bool level_edge) {
 }
 
 // The first time at a place, with what one ego pose tells.
-RoadData first_look(const CircleRoad& road, double s_m) {
+RoadData first_look(const CircleRoad& road, double s_m, double turned_rad = 0.0) {
   EgoBuffer buffer(512);
-  REQUIRE(buffer.push(road.pose_at(s_m, 0.0)) == OVT_OK);
+  EgoPose pose = road.pose_at(s_m, 0.0);
+  pose.yaw_rad = wrap_angle(pose.yaw_rad + turned_rad);
+  if (std::fabs(turned_rad) > 3.0) pose.roll_rad = -pose.roll_rad;
+  REQUIRE(buffer.push(pose) == OVT_OK);
   HeightProfile profile;
   REQUIRE(profile.build(&road.map, default_allocator()));
   RoadData data;
@@ -292,6 +295,21 @@ Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleR
     return z;
   };
   return scan_of(sensor, surface, box_x_m);
+}
+
+TEST_CASE("guess_road: for a vehicle that faces against the map, the road bends to the other side") {
+  const SensorModel sensor = make_sensor(kMountings[0], 120);
+  const CircleRoad road = rising_bank(true, false);
+  for (const double s_m : {200.0, 260.0}) {
+    CAPTURE(s_m);
+    const RoadData data = first_look(road, s_m, kPi);
+    CHECK_FALSE(data.faces_along);
+    CHECK(first_look(road, s_m).faces_along);
+    const double plain = worst_on_road(Sampled(data, sensor), data, road, 60.0);
+    const double corrected = worst_on_road(Sampled(data, sensor, scan_of_road(sensor, data, road)), data, road, 60.0);
+    CHECK(corrected < 0.5 * plain);
+    CHECK(corrected < 0.3);
+  }
 }
 
 TEST_CASE("guess_road: where the road is not what the map lets expect, the scan's ground corrects it") {

@@ -7,10 +7,12 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <functional>
 #include <vector>
 
+#include "core/math.h"
 #include "tests/support/circle_road.h"
 
 namespace overtake {
@@ -91,8 +93,9 @@ bool same(const RoadData& a, const RoadData& b) {
   bool heights = equal(a.known, b.known);
   for (int32_t k = 0; k < RoadData::kStations; ++k)
     heights &= !a.known[k] || (equal(a.height_m[k], b.height_m[k]) && equal(a.cross_slope[k], b.cross_slope[k]));
-  return heights && a.has_pose == b.has_pose && a.map == b.map && equal(a.ego.pose, b.ego.pose) &&
-         equal(a.s_m, b.s_m) && equal(a.d_m, b.d_m) && equal(a.curvature_per_m, b.curvature_per_m);
+  return heights && a.has_pose == b.has_pose && a.map == b.map &&
+         std::memcmp(&a.ego.pose, &b.ego.pose, offsetof(EgoPose, has_attitude)) == 0 && equal(a.s_m, b.s_m) &&
+         equal(a.d_m, b.d_m) && equal(a.curvature_per_m, b.curvature_per_m);
 }
 
 // A hill of 2 m and a banking of 5 to 15 degrees, one of each in a lap of 2500 m.
@@ -124,6 +127,23 @@ TEST_CASE("height_profile: after a lap the heights and the cross slopes are thos
         check_stations(data, road, 0.02);
       }
     }
+}
+
+TEST_CASE("height_profile: poses of a localisation in the plane tell no heights, and the map's banking does") {
+  const CircleRoad road = hilly_road(true);
+  Drive drive(road);
+  for (; drive.s_m < 1.3 * road.length_m(); drive.s_m += 0.7, drive.stamp_ns += 10 * kMs) {
+    EgoPose pose = road.pose_at(drive.s_m, 0.0);
+    pose.stamp_ns = drive.stamp_ns;
+    pose.z_m = 0.0, pose.has_attitude = false;
+    REQUIRE(drive.buffer.push(pose) == OVT_OK);
+    drive.describe(drive.stamp_ns);
+  }
+  const RoadData data = drive.describe();
+  CHECK(data.has_expected);
+  CHECK(count_known(data, 0, kHere - 1) == 0);
+  for (int32_t k = 0; k < RoadData::kStations; ++k)
+    CHECK(std::fabs(double(data.cross_slope[k]) - road.slope(station_s(data, k))) < 0.01);
 }
 
 TEST_CASE("height_profile: stations beyond the start have the heights of their own places") {

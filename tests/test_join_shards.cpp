@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -197,6 +198,33 @@ TEST_CASE("join_shards: a seed wider than a car stands across the circuit, and i
   REQUIRE(bench.frame.merged.count == 2);
   CHECK(bench.frame.merged.max_y_m[0] - bench.frame.merged.min_y_m[0] == doctest::Approx(4.5));
   check_tables(bench);
+}
+
+TEST_CASE("join_shards: a car at an angle to the lane is one where two sensors see it whole, not where two cars are") {
+  const auto turned = [](double yaw_deg, float x, float y) {
+    Spots spots = corners(-0.5f * kLength, 0.5f * kLength, -0.5f * kWidth, 0.5f * kWidth, 0.2f, 0.9f);
+    const float sine = float(std::sin(yaw_deg * kPi / 180)), cosine = float(std::cos(yaw_deg * kPi / 180));
+    for (auto& spot : spots) {
+      const Spot before = spot;
+      spot.x = x + before.x * cosine - before.y * sine;
+      spot.y = y + before.x * sine + before.y * cosine;
+    }
+    return spots;
+  };
+  const auto rows = [&](double yaw_deg, float beside_m, int32_t sensor) {
+    RulesBench bench;
+    bench.add(turned(yaw_deg, 20, 0));
+    bench.add(turned(yaw_deg, 20, beside_m), sensor);
+    join(bench);
+    check_tables(bench);
+    return bench.frame.merged.count;
+  };
+  for (const double yaw_deg : {-60.0, -30.0, 15.0, 30.0, 45.0, 60.0, 75.0}) {
+    CAPTURE(yaw_deg);
+    CHECK(rows(yaw_deg, 0.2f, 1) == 1);
+    CHECK(rows(yaw_deg, 0.2f, 0) == 2);  // a sensor has no object twice
+    CHECK(rows(yaw_deg, 3.0f, 1) == 2);
+  }
 }
 
 TEST_CASE("join_shards: with a negative bound nothing is joined on the circuit or on its apron") {

@@ -311,6 +311,25 @@ TEST_CASE(
   CHECK_FALSE(takes_over(false, 0, 7, true));  // the next car in traffic
 }
 
+TEST_CASE("lane identity: a car that is seen now and then does not lose its id to one that comes into view beside it") {
+  LaneBench bench;
+  TrackId first = kNobody;
+  for (int32_t k = 0; k < 120; ++k) {
+    const double x_m = 50 * kFrame_s * k;
+    bench.ego_at(x_m - 40);
+    std::vector<Measurement> seen;
+    if (k < 10 || k % 8 < 4) seen.push_back(seen_car(x_m, 0, k));
+    const bool is_seen = !seen.empty();
+    if (k >= 60) seen.push_back(seen_car(x_m, 7, k));
+    const auto& ids = bench.step(k, seen);
+    if (k == 9) first = ids[0];
+    CAPTURE(k);
+    if (k >= 10 && is_seen) CHECK(ids[0] == first);
+    if (k >= 65) CHECK(bench.confirmed() == 2);
+  }
+  CHECK(bench.tracker->counts().joined == 0);
+}
+
 TEST_CASE("lane identity: two cars that stand side by side are two, whatever course their tracks began with") {
   // Pushed rows, 2.5 m apart, headings across the way of the ego vehicle.
   LaneBench bench;

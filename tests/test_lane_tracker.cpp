@@ -556,6 +556,36 @@ TEST_CASE("lane tracker: in a hairpin of more than half a turn the yaw rate has 
   }
 }
 
+TEST_CASE("lane tracker: beyond the end of an open line a car goes straight on, and comes back with its id") {
+  static constexpr double kRadius = 250, kEnd_m = 300, kSpeed = 50;
+  const auto pose_at = [](double s_m) {
+    const Place at = on_ring(kRadius, std::min(s_m, kEnd_m));
+    const double yaw = std::min(s_m, kEnd_m) / kRadius, out_m = std::max(s_m - kEnd_m, 0.0);
+    return TrackerEgo{true, at.x_m + out_m * std::cos(yaw), at.y_m + out_m * std::sin(yaw), yaw, kSpeed};
+  };
+  std::vector<double> x, y, half;
+  for (double s_m = 0; s_m <= kEnd_m; s_m += 2)
+    x.push_back(pose_at(s_m).x_m), y.push_back(pose_at(s_m).y_m), half.push_back(8);
+  CircuitMap map;
+  const char* error = nullptr;
+  REQUIRE(map.build(x.data(), y.data(), half.data(), half.data(), nullptr, int32_t(x.size()), false, &error));
+  LaneBench bench(&map);
+  TrackId first = kNobody;
+  for (int32_t k = 0; k < 160; ++k) {
+    const double s_m = 40 + kSpeed * kFrame_s * k;
+    const TrackerEgo car = pose_at(s_m);
+    bench.input.ego = pose_at(s_m - 25);
+    const bool is_hidden = s_m > kEnd_m + 4 && s_m < kEnd_m + 70;
+    const auto& ids =
+        bench.step(k, is_hidden ? std::vector<Measurement>{} : std::vector{seen_car(car.x_m, car.y_m, k)});
+    CAPTURE(s_m);
+    REQUIRE(bench.rows.count == 1);
+    if (s_m > kEnd_m) CHECK(std::hypot(bench.rows.x_m[0] - car.x_m, bench.rows.y_m[0] - car.y_m) < 6.0);
+    if (k == 20) first = ids[0];
+    if (!ids.empty() && k > 20) CHECK(ids[0] == first);
+  }
+}
+
 TEST_CASE("lane tracker: a car that stands backwards after a spin and turns round has its heading again") {
   LaneBench bench;
   double x_m = 200, y_m = 0, heading = 0, speed = 0;

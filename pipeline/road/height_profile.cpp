@@ -7,11 +7,11 @@
 
 #include "core/math.h"
 #include "pipeline/clock_watch.h"
+#include "pipeline/road/bank_attitude.h"
 
 namespace overtake {
 namespace {
 
-constexpr double kOffRoad_m = 1.0;       // a pose this far outside of the circuit is not on its road
 constexpr double kLongestStep_m = 40.0;  // between two poses; a longer one is a jump
 constexpr double kLargestClimb = 0.5;    // of the height between two poses: a larger one is a jump
 constexpr int64_t kLongestStepNs = 1'000'000'000;
@@ -33,10 +33,6 @@ double tangent(double angle_rad) noexcept {
   double sine, cosine;
   sin_cos_f64(angle_rad, sine, cosine);
   return cosine > 0.1 ? sine / cosine : 0.0;
-}
-
-bool is_on_road(const MapProjection& at) noexcept {
-  return at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m;
 }
 
 // The range less the runs of poses that begin long after the scan. Their clock may have stepped ahead, which only the
@@ -200,7 +196,7 @@ void HeightProfile::add(const Place& place) noexcept {
 void HeightProfile::learn(const EgoPose& pose) noexcept {
   const MapProjection at = map_->project(pose.x_m, pose.y_m, hint_);
   hint_ = at.segment;
-  if (!is_on_road(at)) {
+  if (!is_on_road(at) || !pose.has_attitude) {
     complete(pose.stamp_ns);
     open_bin_ = -1;
     has_last_ = has_drift_ = has_velocity_ = false;
@@ -263,6 +259,9 @@ void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int6
   road.s_m = at.s_m;
   road.d_m = at.d_m;
   road.curvature_per_m = at.curvature_per_m;
+  double sine, cosine;
+  sin_cos_f64(at.heading_rad, sine, cosine);
+  road.faces_along = road.ego.r[0] * cosine + road.ego.r[3] * sine >= 0.0;
   const Place here = place_of(road.ego, at);
   // The heights of two laps may differ by the drift of the localisation. The ego vehicle's height now, against that of
   // an earlier lap at the same place, corrects the part that was driven in an earlier lap.
@@ -294,15 +293,16 @@ void HeightProfile::expect_stations(RoadData& road) const noexcept {
   const auto edge_at = [&](int32_t k) {
     return double(road.height_m[k]) - above_edge(place_at(k), double(road.cross_slope[k]));
   };
-  const double edge_m = edge_at(kHere),
-               step_m = road.known[kHere - kBack] ? (edge_m - edge_at(kHere - kBack)) / kBack : 0.0;
+  const int32_t ahead = road.faces_along ? 1 : -1, back = kHere - ahead * kBack;
+  const double edge_m = edge_at(kHere), step_m = road.known[back] ? (edge_m - edge_at(back)) / kBack : 0.0;
   for (int32_t k = 0; k < RoadData::kStations; ++k) {
     if (road.known[k]) continue;
     const MapPose at = place_at(k);
     const double cross_slope = tangent(at.banking_rad);
-    road.height_m[k] = float(edge_m + (k - kHere) * step_m + above_edge(at, cross_slope));
+    const int32_t steps = ahead * (k - kHere);
+    road.height_m[k] = float(edge_m + steps * step_m + above_edge(at, cross_slope));
     road.cross_slope[k] = float(cross_slope);
-    road.known[k] = k > kHere && k <= kHere + kAhead;
+    road.known[k] = steps > 0 && steps <= kAhead;
   }
 }
 
@@ -330,10 +330,13 @@ void HeightProfile::fill_stations(float height_m, float cross_slope, RoadData& r
 
 // Goes on straight for some stations ahead, because the sensors are ahead of the rear axle.
 void HeightProfile::extend_stations(RoadData& road) noexcept {
-  for (int32_t k = kHere + 1; k <= kHere + kAhead && !road.known[k] && road.known[k - 2]; ++k) {
+  const int32_t ahead = road.faces_along ? 1 : -1;
+  for (int32_t i = 1; i <= kAhead; ++i) {
+    const int32_t k = kHere + ahead * i, last = k - ahead, before = last - ahead;
+    if (road.known[k] || !road.known[before]) return;
     road.known[k] = true;
-    road.height_m[k] = 2.0f * road.height_m[k - 1] - road.height_m[k - 2];
-    road.cross_slope[k] = road.cross_slope[k - 1];
+    road.height_m[k] = 2.0f * road.height_m[last] - road.height_m[before];
+    road.cross_slope[k] = road.cross_slope[last];
   }
 }
 

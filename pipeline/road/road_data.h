@@ -20,7 +20,8 @@ struct RoadData {
   EgoState ego;                     // at the scan's stamp
   const CircuitMap* map = nullptr;  // null: none, or the ego pose is not on it; then the rest is not valid
   double s_m = 0, d_m = 0;          // ego pose on the map
-  double curvature_per_m = 0;
+  double curvature_per_m = 0;       // of the map's line, in its direction
+  bool faces_along = true;          // the ego vehicle faces in the direction of the line, else against it
   // Heights relative to the ego vehicle's rear axle, which stands on the road, and tangents of the cross slope
   // (positive: the right side is higher). Station k is at s_m + (k - kStations / 2) * kStation_m.
   // Where the map has banking, stations that are not known have expected values.

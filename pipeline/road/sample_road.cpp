@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/math.h"
 #include "pipeline/road/centre_line.h"
@@ -179,6 +180,7 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   const float d = line.measure_left(0.0f, 0.0f, station), slope = road.cross_slope[station];
   expected.left_m = double(max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f));
   expected.right_m = double(max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f));
+  if (!road.faces_along) std::swap(expected.left_m, expected.right_m);
   expected.source = source;
 }
 
@@ -296,7 +298,8 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   if (road.has_pose) {
     for (int32_t i = 0; i < 9; ++i) axes.map[i] = float(road.ego.r[i]);
     const double speed = road.ego.pose.speed_mps;
-    const double curvature = road.map ? road.curvature_per_m : speed > 5.0 ? road.ego.pose.yaw_rate_rps / speed : 0.0;
+    const double of_map = road.faces_along ? road.curvature_per_m : -road.curvature_per_m;
+    const double curvature = road.map ? of_map : speed > 5.0 ? road.ego.pose.yaw_rate_rps / speed : 0.0;
     shape.curvature = std::clamp(curvature, -0.02, 0.02);
     has_line = road.map && road.ego.r[8] > 0.1;
   }

@@ -17,6 +17,7 @@ constexpr double kRecent_s = 0.3;                            // a track was seen
 constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in the second so many a car hit two of its
                                                              // tracks, in the third so many none of them
 constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
+constexpr int32_t kLooks = 16, kSeenShare = 4;  // before its last hit a car was seen in all but a fourth of so many
 constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
 constexpr double kApartSigmas2 = 9.0;  // of the difference of two velocities, over its variance: two cars
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
@@ -30,6 +31,14 @@ Place straight_on(Place from, const MotionState& m, double dt_s) {
   double sine, cosine;
   sin_cos_f64(m.course_rad, sine, cosine);
   return {from.x_m + way_m * cosine, from.y_m + way_m * sine};
+}
+
+// Whether the car was seen in most of the iterations up to its last hit.
+bool was_steady(const LaneTrack& s) {
+  const int32_t unseen = std::countr_zero(s.history), looks = std::min(s.age - unseen, kLooks);
+  if (looks < 1 || unseen >= 64) return true;
+  const uint64_t hits = s.history >> unseen & ((uint64_t(1) << looks) - 1);
+  return kSeenShare * (looks - std::popcount(hits)) <= looks;
 }
 
 }  // namespace
@@ -75,7 +84,7 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
   if (map_ && found.asks_map) {
     const MapProjection here = map_->project(at.x_m, at.y_m, found.segment);
     const MapProjection there = map_->project(from.x_m, from.y_m, lost.segment);
-    if (here.segment >= 0 && there.segment >= 0) {
+    if (is_beside_line(here) && is_beside_line(there)) {
       along_m = std::fabs(here.s_m - there.s_m);
       if (map_->closed()) along_m = std::min(along_m, map_->length_m() - along_m);
       across_m = std::fabs(here.d_m - there.d_m);
@@ -97,7 +106,7 @@ bool LanePolicy::took_over(const State& found, int32_t slot, const State& lost, 
   const int32_t between = std::countr_zero(lost.history) - found.age;
   return found.stage == LaneStage::kConfirmed && found.class_votes > 0 && found.age <= kYoung &&
          lost.visibility == Visibility::kMissed && lost.unseen_s > kTakenOver_s && between >= -kBothSeen &&
-         between <= kBetween && distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
+         between <= kBetween && was_steady(lost) && distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
 }
 
 // Two cars that pass each other closely: their velocities differ. (Two parts of one car have the same.) `variance` is

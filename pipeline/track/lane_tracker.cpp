@@ -111,7 +111,13 @@ double LanePolicy::find_curvature(const MapProjection& at) const noexcept {
   return (wrap_angle(to_rad - at.heading_rad) + wrap_angle(at.heading_rad - from_rad)) / (2.0 * kLaneHalf_m);
 }
 
-// The lane that the car follows. A slow car follows none, and does not turn.
+// False beyond the ends of an open line.
+bool LanePolicy::is_beside_line(const MapProjection& at) const noexcept {
+  return at.segment >= 0 && (map_->closed() || (at.s_m > 0.0 && at.s_m < map_->length_m()));
+}
+
+// The lane that the car follows. Beyond an end of an open line it goes straight on. A slow car follows none, and does
+// not turn.
 void LanePolicy::look_at_lane(State& s) const noexcept {
   const MotionState& m = s.estimate.mean;
   s.lane = {};
@@ -124,7 +130,7 @@ void LanePolicy::look_at_lane(State& s) const noexcept {
   s.segment = at.segment;
   if (at.segment < 0 || std::fabs(at.d_m) > kLaneReach_m) return;
   if (!(std::fabs(wrap_angle(m.course_rad - at.heading_rad)) < kLaneCourse_rad)) return;
-  const double curvature_per_m = find_curvature(at);
+  const double curvature_per_m = is_beside_line(at) ? find_curvature(at) : 0.0;
   const double shrink = 1.0 - curvature_per_m * at.d_m;
   if (shrink > 0.2) s.lane = {curvature_per_m / shrink, lane_.lane_s};
   if (is_guessed(s)) s.lane.heading_rad = at.heading_rad, s.lane.course_s = lane_.path_turn_s;

@@ -1,0 +1,143 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ego poses of a localisation in the plane, without roll and pitch, on a banked circuit.
+#include "pipeline/road/bank_attitude.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/math.h"
+#include "tests/support/circle_road.h"
+#include "tests/support/one_sensor_detector.h"
+
+namespace {
+
+using namespace overtake;
+using doctest::Approx;
+using test::CircleRoad, test::Small;
+
+constexpr double kBank = 0.3;
+
+CircleRoad banked_road(double slope, bool with_banking = true) {
+  return CircleRoad({.with_banking = with_banking, .slope = [slope](double) { return slope; }});
+}
+
+EgoPose flat(EgoPose pose) {
+  pose.roll_rad = pose.pitch_rad = 0.0;
+  return pose;
+}
+
+// A vehicle on the road of that slope, turned to the left from the direction of the map.
+EgoPose turned_pose(const CircleRoad& road, double slope, double turned_rad) {
+  EgoPose pose = road.pose_at(700.0, 2.0);
+  pose.yaw_rad = wrap_angle(pose.yaw_rad + turned_rad);
+  const double along = slope * std::sin(turned_rad), across = slope * std::cos(turned_rad);
+  pose.pitch_rad = std::atan(along);
+  pose.roll_rad = -std::atan(across / std::sqrt(1.0 + along * along));
+  return pose;
+}
+
+}  // namespace
+
+TEST_CASE("bank attitude: a pose without roll and pitch stands on the banked road, whichever way it faces") {
+  for (const double slope : {kBank, -kBank})
+    for (const double turned_rad : {0.0, 0.3, -2.0, kPi}) {
+      CAPTURE(slope);
+      CAPTURE(turned_rad);
+      const CircleRoad road = banked_road(slope);
+      BankAttitude attitude;
+      attitude.build(&road.map);
+      const EgoPose whole = turned_pose(road, slope, turned_rad), found = attitude.complete(flat(whole));
+      CHECK(std::fabs(found.roll_rad - whole.roll_rad) < 1e-5);  // the map is a polygon
+      CHECK(std::fabs(found.pitch_rad - whole.pitch_rad) < 1e-5);
+      CHECK_FALSE(found.has_attitude);
+      CHECK(found.x_m == whole.x_m);
+      CHECK(found.yaw_rad == whole.yaw_rad);
+      // Its up axis is that of the road: level to the inside and along the line.
+      const EgoState ego = state_of(found);
+      const double heading = whole.yaw_rad - turned_rad, left[3] = {-std::sin(heading), std::cos(heading), -slope};
+      CHECK(std::fabs(ego.r[2] * left[0] + ego.r[5] * left[1] + ego.r[8] * left[2]) < 1e-5);
+      CHECK(std::fabs(ego.r[2] * std::cos(heading) + ego.r[5] * std::sin(heading)) < 1e-5);
+    }
+}
+
+TEST_CASE("bank attitude: other poses stay as they are") {
+  const CircleRoad road = banked_road(kBank), untold = banked_road(kBank, false), level = banked_road(0.04);
+  const auto stays = [](const CircleRoad* on, const EgoPose& pose) {
+    BankAttitude attitude;
+    attitude.build(on ? &on->map : nullptr);
+    const EgoPose found = attitude.complete(pose);
+    return found.has_attitude && found.roll_rad == pose.roll_rad && found.pitch_rad == pose.pitch_rad;
+  };
+  const EgoPose on_line = flat(road.pose_at(700.0, 0.0));
+  CHECK_FALSE(stays(&road, on_line));
+  CHECK(stays(nullptr, on_line));
+  CHECK(stays(&untold, on_line));  // the map has no banking
+  CHECK(stays(&level, on_line));
+  CHECK(stays(&road, flat(road.pose_at(700.0, CircleRoad::kWidthLeft_m + 1.5))));  // the apron is level
+  CHECK_FALSE(stays(&road, flat(road.pose_at(700.0, CircleRoad::kWidthLeft_m + 0.5))));
+  EgoPose measured = on_line;
+  measured.roll_rad = -0.001;
+  CHECK(stays(&road, measured));
+  measured = on_line;
+  measured.pitch_rad = 0.001;
+  CHECK(stays(&road, measured));
+  measured = on_line;
+  measured.x_m = 1e9;  // no place of the map
+  CHECK(stays(&road, measured));
+}
+
+TEST_CASE("bank attitude: between two poses there is an attitude if both have one") {
+  for (const bool first : {true, false})
+    for (const bool second : {true, false}) {
+      EgoWindow window;
+      window.count = 2;
+      window.poses[0].stamp_ns = 0, window.poses[1].stamp_ns = 10'000'000;
+      window.poses[0].has_attitude = first, window.poses[1].has_attitude = second;
+      EgoState at;
+      REQUIRE(window.at(5'000'000, at));
+      CHECK(at.pose.has_attitude == (first && second));
+    }
+}
+
+TEST_CASE("detector: with poses in the plane a row 12 m to the left of it is where the bank is, in best only") {
+  std::vector<double> x, zero, half, bank;
+  for (int32_t i = 0; i <= 50; ++i)
+    x.push_back(20.0 * i), zero.push_back(0.0), half.push_back(15.0), bank.push_back(kBank);
+  for (const bool best : {true, false}) {
+    CAPTURE(best);
+    Small small(1);
+    ovt_params params;
+    REQUIRE(ovt_params_init(&params, sizeof params, best ? "best" : "paper") == OVT_OK);
+    ovt_map_def map = ovt_default_map_def();
+    map.count = int32_t(x.size());
+    map.x_m = x.data(), map.y_m = zero.data(), map.width_left_m = map.width_right_m = half.data();
+    map.banking_rad = bank.data();
+    small.def.params = &params, small.def.map = &map;
+    small.create();
+    for (int32_t k = 0; k < 12; ++k) {
+      const int64_t stamp_ns = 1 + k * 50'000'000;
+      ovt_ego_pose pose;
+      ovt_ego_pose_init(&pose, sizeof pose);
+      pose.stamp_ns = stamp_ns, pose.x_m = 200 + 2.5 * k, pose.speed_mps = 50;
+      REQUIRE(ovt_push_ego_pose(small.detector, &pose) == OVT_OK);
+      const double ahead = 0, left = 12;
+      ovt_external_detections row;
+      ovt_external_detections_init(&row, sizeof row);
+      row.stamp_ns = stamp_ns, row.count = 1, row.x_m = &ahead, row.y_m = &left;
+      CHECK(ovt_push_detections(small.detector, &row) == OVT_OK);
+    }
+    CHECK(ovt_flush(small.detector) == OVT_OK);
+    ovt_reader* reader = nullptr;
+    ovt_tracks tracks;
+    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) == OVT_OK);
+    REQUIRE(tracks.count == 1);
+    CHECK(tracks.y_m[0] == Approx(best ? 12 * std::cos(kBank) : 12).epsilon(0.003));
+    ovt_destroy_reader(reader);
+  }
+}
