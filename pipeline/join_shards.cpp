@@ -14,6 +14,7 @@
 #include <tuple>
 
 #include "core/math.h"
+#include "kernels/heading_grid.h"
 #include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
 #include "pipeline/own_body.h"
@@ -30,7 +31,7 @@ struct Group {
   OrientedBox box;  // along psi_REF of the seed
   float low_z, high_z;
   float min_x, max_x;  // vehicle frame
-  int32_t sensors;     // mask
+  int32_t rows;
 };
 
 float gap_of(float low_a, float high_a, float low_b, float high_b) {
@@ -136,7 +137,7 @@ class Joiner {
     if (places_.group[seed] != kFree) return 0;
     places_.group[seed] = seed;
     Group group = {box_of(places_, seed), merged_.min_z_m[seed], merged_.max_z_m[seed],
-                   merged_.min_x_m[seed], merged_.max_x_m[seed], merged_.sensor_mask[seed]};
+                   merged_.min_x_m[seed], merged_.max_x_m[seed], 1};
     const bool across = group.box.width() > params_.limits.width_m;
     int32_t joined = 0;
     for (;; ++joined) {
@@ -148,7 +149,7 @@ class Joiner {
       group.high_z = max_of(group.high_z, merged_.max_z_m[row]);
       group.min_x = min_of(group.min_x, merged_.min_x_m[row]);
       group.max_x = max_of(group.max_x, merged_.max_x_m[row]);
-      group.sensors |= merged_.sensor_mask[row];
+      ++group.rows;
     }
   }
 
@@ -180,7 +181,7 @@ class Joiner {
       if (gap_1 > params_.gap_m || gap_2 > params_.gap_m) continue;
       const OrientedBox both = unite(group.box, box);
       const auto fits = [&](const OrientedBox& b) { return b.length() <= most_1 && b.width() <= most_2; };
-      if (!fits(both) && ((fits(group.box) && fits(box)) || !is_same(group, row, box, both))) continue;
+      if (!fits(both) && ((fits(group.box) && fits(box)) || group.rows > 1 || !is_same(seed, row, box, both))) continue;
       if (max_of(group.high_z, merged_.max_z_m[row]) - min_of(group.low_z, merged_.min_z_m[row]) > limits.height_m)
         continue;
       const float gap_m2 = gap_1 * gap_1 + gap_2 * gap_2;
@@ -192,11 +193,24 @@ class Joiner {
     return nearest;
   }
 
-  // Whether other sensors than the group's see the same object in a row: the union is no larger than one of them.
-  bool is_same(const Group& group, int32_t row, const OrientedBox& box, const OrientedBox& both) const {
-    return (group.sensors & merged_.sensor_mask[row]) == 0 &&
-           both.length() <= max_of(group.box.length(), box.length()) + kSame_m &&
-           both.width() <= max_of(group.box.width(), box.width()) + kSame_m;
+  // Whether another sensor than the seed's sees the same car in a row: the union of the two boxes is no larger than one
+  // of them, and there is a heading along which it is one car.
+  bool is_same(int32_t seed, int32_t row, const OrientedBox& box, const OrientedBox& both) const {
+    const OrientedBox own = box_of(places_, seed);
+    if ((merged_.sensor_mask[seed] & merged_.sensor_mask[row]) != 0 ||
+        both.length() > max_of(own.length(), box.length()) + kSame_m ||
+        both.width() > max_of(own.width(), box.width()) + kSame_m)
+      return false;
+    constexpr int32_t kStep = 5;
+    const CarLimits& limits = params_.limits;
+    for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
+      const float c = kHeadingGrid.degree_cos[degree], s = kHeadingGrid.degree_sin[degree];
+      const OrientedBox turned = unite(measure_box(frame_, seed, c, s), measure_box(frame_, row, c, s));
+      if ((turned.length() <= limits.length_m && turned.width() <= limits.width_m) ||
+          (turned.width() <= limits.length_m && turned.length() <= limits.width_m))
+        return true;
+    }
+    return false;
   }
 
   // Makes one row of each group, in the place of its first row.

@@ -201,8 +201,8 @@ TEST_CASE("join_shards: a seed wider than a car stands across the circuit, and i
 }
 
 TEST_CASE("join_shards: a car at an angle to the lane is one where two sensors see it whole, not where two cars are") {
-  const auto turned = [](double yaw_deg, float x, float y) {
-    Spots spots = corners(-0.5f * kLength, 0.5f * kLength, -0.5f * kWidth, 0.5f * kWidth, 0.2f, 0.9f);
+  const auto turned = [](double yaw_deg, float x, float y, float width = kWidth) {
+    Spots spots = corners(-0.5f * kLength, 0.5f * kLength, -0.5f * width, 0.5f * width, 0.2f, 0.9f);
     const float sine = float(std::sin(yaw_deg * kPi / 180)), cosine = float(std::cos(yaw_deg * kPi / 180));
     for (auto& spot : spots) {
       const Spot before = spot;
@@ -211,10 +211,10 @@ TEST_CASE("join_shards: a car at an angle to the lane is one where two sensors s
     }
     return spots;
   };
-  const auto rows = [&](double yaw_deg, float beside_m, int32_t sensor) {
+  const auto rows = [&](double yaw_deg, float beside_m, int32_t sensor, float width = kWidth) {
     RulesBench bench;
-    bench.add(turned(yaw_deg, 20, 0));
-    bench.add(turned(yaw_deg, 20, beside_m), sensor);
+    bench.add(turned(yaw_deg, 20, 0, width));
+    bench.add(turned(yaw_deg, 20, beside_m, width), sensor);
     join(bench);
     check_tables(bench);
     return bench.frame.merged.count;
@@ -224,6 +224,7 @@ TEST_CASE("join_shards: a car at an angle to the lane is one where two sensors s
     CHECK(rows(yaw_deg, 0.2f, 1) == 1);
     CHECK(rows(yaw_deg, 0.2f, 0) == 2);  // a sensor has no object twice
     CHECK(rows(yaw_deg, 3.0f, 1) == 2);
+    CHECK(rows(yaw_deg, 0.2f, 1, 3.0f) == 2);  // wider than a car
   }
 }
 
