@@ -615,3 +615,31 @@ TEST_CASE("lane tracker: a car that stands backwards after a spin and turns roun
   }
   CHECK(std::fabs(bench.state().heading_rad) < 0.3);
 }
+
+TEST_CASE("lane tracker: a car that is first seen while it drives across its lane keeps its track") {
+  constexpr double kRadius = 400, kHeading = 0.5, kFrom_m = 7, kWidth_m = 14;
+  const test::CircleRoad ring = make_ring(kRadius);
+  const Place middle = on_ring(kRadius, kHeading * kRadius);
+  for (const double turn_rad : {0.3, 0.5, 0.7, 1.0, -0.7, -1.0})
+    for (const double speed : {12.0, 20.0}) {
+      CAPTURE(turn_rad);
+      CAPTURE(speed);
+      LaneBench bench(&ring.map);
+      const double course = kHeading + turn_rad, from_m = turn_rad > 0 ? -kFrom_m : kFrom_m;
+      const auto frames = int32_t(kWidth_m / (speed * std::sin(std::fabs(turn_rad)) * kFrame_s));
+      TrackId id = kNobody;
+      for (int32_t k = 0; k < frames; ++k) {
+        const double way_m = speed * kFrame_s * k, ego_m = 25 * kFrame_s * k - 40;
+        bench.input.ego = {true, middle.x_m + ego_m * std::cos(kHeading), middle.y_m + ego_m * std::sin(kHeading),
+                           kHeading, 50};
+        const double x_m = middle.x_m - from_m * std::sin(kHeading) + way_m * std::cos(course);
+        const double y_m = middle.y_m + from_m * std::cos(kHeading) + way_m * std::sin(course);
+        const TrackId now = bench.step(k, {seen_car(x_m, y_m, k)})[0];
+        CAPTURE(k);
+        if (k > 0) CHECK(now == id);
+        id = now;
+        CHECK(bench.rows.count == 1);
+        if (k > 5) CHECK(std::fabs(wrap_angle(bench.rows.course_rad[0] - course)) < 0.25);
+      }
+    }
+}

@@ -34,7 +34,8 @@ constexpr double kFreeSpeedNoise = 1.0, kFreeCourseNoise = 0.0125;  // (m/s)^2 a
 constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
 constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
-constexpr double kFreeTurns_mps = 10.0;                                    // a faster car changes its course less
+constexpr double kAcross_d2 = 6.0, kAcross_rad = 0.6;  // a new track's course is not that of its lane
+constexpr double kFreeTurns_mps = 10.0;                // a faster car changes its course less
 // (m/s^2)^2 per second; how long an acceleration lasts of a car that is seen, and of one that is not.
 constexpr double kAccelNoise = 2.0, kAccel_s = 0.6, kGuessedAccel_s = 0.1;
 constexpr double kFreeAccelNoise = 4.0, kFreeAccel_s = 1.2;  // without a map, and of a slow car
@@ -304,6 +305,19 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
 
 // ---- update ---------------------------------------------------------------------------------------------------------
 
+// A new track begins with the course of its lane. If the car is far to one side of where that leads, it drives across.
+void LanePolicy::doubt_lane_course(State& s, const Measurement& z) const noexcept {
+  if (!s.asks_map || s.hits >= kSteadyHits || !s.has_course) return;
+  const MotionState& m = s.estimate.mean;
+  auto& p = s.estimate.covariance;
+  double sine, cosine;
+  sin_cos_f64(m.course_rad, sine, cosine);
+  const double across_m = cosine * (z.y_m - m.y_m) - sine * (z.x_m - m.x_m);
+  const double xx = p[0][0] + z.var_x, yy = p[1][1] + z.var_y, xy = 2.0 * sine * cosine * (p[0][1] + z.cov_xy);
+  if (across_m * across_m > kAcross_d2 * (sine * sine * xx + cosine * cosine * yy - xy))
+    p[3][3] = std::max(p[3][3], kAcross_rad * kAcross_rad);
+}
+
 // Innovations ahead of or behind the track, several or a large one, are a manoeuvre: the car brakes or accelerates, and
 // may turn. Those to the left or right tell less, because a far car's place jumps across: twice as large, they say that
 // the course turns.
@@ -382,6 +396,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   const bool is_known = innovate(s.estimate, wide, &innovation);
   score_hit(slot, s, z, is_known ? &innovation : nullptr);
   if (is_known) watch_for_manoeuvre(s, wide, dt_s);
+  if (is_known) doubt_lane_course(s, wide);
   if (!s.has_course && s.unseen_s > 0.0)
     s.has_course = find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
   else

@@ -104,6 +104,7 @@ class LanePolicy {
   void turn_heading(State& s, double dt_s, bool forward_in_time) const noexcept;
   void measure_front(State& s, const Measurement& z) const noexcept;
   void measure_heading(State& s, const Measurement& z) const noexcept;
+  void doubt_lane_course(State& s, const Measurement& z) const noexcept;
   void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept;
   Measurement with_lasting_error(const Measurement& z) const noexcept;
 
