@@ -169,6 +169,10 @@ refuse "rig_key.toml:2: unknown key 'shard_cloud'; did you mean 'shared_cloud'[?
 refuse "config.toml:3: tracker: unknown key 'confirm'; did you mean 'confirm_hits'[?]" run scene --config config.toml "${av21[@]}"
 refuse "range.toml:3: tracker: tracker.confirm_hits is '3000', it takes a whole number from *" run scene --config range.toml "${av21[@]}"
 refuse "group.toml:1: unknown key 'trackers'" run scene --config group.toml "${av21[@]}"
+printf '[[tracker]]\nconfirm_hits = 3\n[[tracker]]\nconfirm_hits = 9\n' >twice.toml
+refuse "twice.toml:3: a second table [[][[]tracker]]: only one is read, as [[]tracker]" run scene --config twice.toml "${av21[@]}"
+printf '[[car]]\nname = "ego"\n[[sensors]]\n[[sensors]]\n' >two_sensors.toml
+refuse "two_sensors.toml:4: a second table [[][[]sensors]]: only one is read, *" simulate two_sensors.toml --out out
 refuse "no.toml: no such file" run scene --config no.toml "${av21[@]}"
 refuse "--preset: there is no preset 'worst' (there is: paper, best)" run scene --preset worst "${av21[@]}"
 refuse "preset.toml:1: there is no preset 'worst' (there is: paper, best)" run scene --config preset.toml "${av21[@]}"
