@@ -239,6 +239,16 @@ misuse "simulate: unknown option '--sed'; did you mean '--seed'[?] (overtake sim
 misuse "run: 'b' is one argument too many (overtake run --help)" run a b --rig av21 --out out
 misuse "run: --out is required (overtake run --help)" run scene --rig av21
 misuse "run: --workers: *-1* (overtake run --help)" run scene --rig av21 --out out --workers -1
+for number in -1 1.5 nan inf 18446744073709551616 ""; do
+  misuse "simulate: --seed: Value $number is not a whole number from 0 on (overtake simulate --help)" simulate demo --seed "$number" --out out
+done
+for number in nan -nan inf -1 1e9; do
+  misuse "simulate: --seconds: Value $number not in range 0.05 to 36000 (overtake simulate --help)" simulate demo --seconds $number --out out
+  misuse "simulate: --picture-at: Value $number not in range 0 to 36000 *" simulate demo --pictures out --picture-at $number
+  misuse "run: --rate: Value $number not in range 0.001 to 1000 *" run scene --rig av21 --out out --rate $number
+  misuse "label: --flat-deg: Value $number not in range 1 to 89 *" label scene --rig av21 --out out --flat-deg $number
+done
+misuse "inspect: --frame: Value -3 not in range 0 to *" inspect scene --rig av21 --sensor front --out out --frame -3
 [[ ! -e out/tracks.csv ]] || fail "a wrong command line was executed"
 "$overtake" --help >stdout || fail "--help fails"
 for code in "0 done" "1 an error" "2 a wrong command line" "3 the recording is damaged" "the map or the ego poses do not fit" \

@@ -228,10 +228,12 @@ void add_inspect_options(CLI::App& command, InspectOptions& options) {
   options.command = "inspect";
   add_detector_options(command, options);
   add_common_options(command, options);
-  command.add_option(
-      "--frame", options.frame,
-      "the number in the scan's file name, or the place in a recording with topics, from 0 (optional for one "
-      "frame)");
+  command
+      .add_option(
+          "--frame", options.frame,
+          "the number in the scan's file name, or the place in a recording with topics, from 0 (optional for one "
+          "frame)")
+      ->check(CLI::Range(int64_t(0), INT64_MAX));
   command.add_option("--sensor", options.sensor, "sensor of the rig (optional for one sensor)");
 }
 

@@ -99,12 +99,12 @@ void add_label_options(CLI::App& command, LabelOptions& options) {
   command.add_option("--rig", options.rig,
                      "sensors: a TOML file or a built-in rig (default: that of a simulated log or folder)");
   command.add_option("--out", options.out, "folder for the labels")->required();
-  command.add_option("--frame", options.frame, "this frame only")->check(CLI::NonNegativeNumber);
+  command.add_option("--frame", options.frame, "this frame only")->check(CLI::Range(int64_t(0), INT64_MAX));
   command.add_option("--every", options.every, "every N-th frame")->check(CLI::Range(1, 1000000));
   command.add_option("--neighbours", options.params.neighbours, "neighbours for the first plane of a point")
       ->check(CLI::Range(3, 96));
   command.add_option("--flat-deg", options.params.flat_deg, "a normal this close to the vertical is ground")
-      ->check(CLI::Range(1.0, 89.0));
+      ->check(in_range(1.0, 89.0));
   command.add_option("--voters", options.params.voters, "points that vote in the last step")->check(CLI::Range(1, 96));
   add_quiet_option(command, options.quiet);
   add_force_option(command, options.force);

@@ -377,7 +377,7 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   command.add_option("--allow-origin", options.allow_origins,
                      "ORIGIN (https://app.foxglove.dev): pages of this site may connect to --live, too");
   command.add_option("--rate", options.rate, "of time, for --live: 1 real time, 0.5 half of it (default: no limit)")
-      ->check(CLI::Range(0.001, 1000.0));
+      ->check(in_range(0.001, 1000.0));
   command.add_option("--workers", options.workers, "threads; 1: the main thread only (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
   command.add_flag("--stream", options.stream,
