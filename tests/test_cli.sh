@@ -91,6 +91,11 @@ grep -q "'descr': '<f4'.*'shape': (32, 857)" <(head -c 128 images/range.npy | tr
 
 { echo stamp_ns,x_m,y_m; for i in {0..29}; do echo "$((i * 50000000)),$((i * 2)),5"; done; echo 1500000000,,; } >detections.csv
 expect "track" "$overtake" track detections.csv --out track
+grep -q '^note: .* that track does not read' stdout && fail "track does not read a column: $(cat stdout)"
+printf 'stamp_ns,x_m,y_m,lenght_m,yaw_rad,heading_rad,class\n0,1,2,4.5,0,0,car\n' >unread.csv
+expect "track with unknown columns" "$overtake" track unread.csv --out track_unread
+[[ $(grep -c '^note: unread.csv has columns that track does not read: lenght_m, yaw_rad, class$' stdout) == 1 ]] ||
+  fail "unknown columns are not named once: $(cat stdout)"
 [[ $(awk -F, 'NR > 1 { print $2 }' track/tracks.csv | sort -u | wc -l) == 1 ]] || fail "a straight drive is not one track"
 awk -F, '$4 == 29 && ($7 < 38 || $7 > 42) { exit 1 }' track/tracks.csv || fail "2 m each 50 ms is not about 40 m/s"
 awk -F, 'NR > 1 && $15 $16 != "" { exit 1 }' track/tracks.csv || fail "track knows no ego pose, and says how far ahead a car is"
