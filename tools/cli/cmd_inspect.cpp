@@ -217,6 +217,8 @@ int inspect(const InspectOptions& options) {
                     "frame " + std::to_string(frame.frame) + " " + config.rig.sensors[std::size_t(sensor)].name);
   io::write_whole_file(options.out + "/reasons.json", format_reasons(reasons));
   io::write_whole_file(options.out + "/config.toml", format_config(config));
+  for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id)  // images of another preset
+    for (const char* ending : {".npy", ".png"}) guard.remove_leftovers(options.out, ovt_image_name(id), ending);
   guard.commit();
   if (!options.quiet) print_summary(options, frame.scans[0], labels, points, reasons);
   if (const std::string absent = absent_images(images); !options.quiet && !absent.empty())

@@ -25,6 +25,8 @@ struct LabelOptions {
   bool quiet = false, force = false;
 };
 
+constexpr const char* kLabelsEnding = "_labels.npy";
+
 std::vector<uint8_t> label_scan(const io::SensorScan& scan, const io::RigSensor& sensor,
                                 const baselines::LabelGroundParams& params) {
   const evaluation::Mounting mounting(sensor);
@@ -61,7 +63,7 @@ int label(const LabelOptions& options) {
       int64_t obstacles = 0;
       for (const uint8_t l : labels) obstacles += l;
       const std::string place = std::to_string(frame.frame) + "_" + sensor.name;
-      io::write_npy(options.out + "/" + place + "_labels.npy", labels.data(), {int64_t(labels.size())});
+      io::write_npy(options.out + "/" + place + kLabelsEnding, labels.data(), {int64_t(labels.size())});
       csv += std::to_string(frame.frame) + "," + sensor.name + "," + std::to_string(labels.size()) + "," +
              std::to_string(obstacles) + "\n";
       guard.keep();
@@ -78,6 +80,7 @@ int label(const LabelOptions& options) {
                  table.size());
     return kInterrupted;
   }
+  guard.remove_leftovers(options.out, "", kLabelsEnding);  // of frames that an earlier command labelled
   guard.commit();
   if (!options.quiet)
     std::printf(

@@ -328,6 +328,7 @@ int run(const RunOptions& options) {
   if (!interrupted()) {
     guard.keep(false);  // an option without effect: the results are not what the user asked for
     check_effects(options, config, session, sinks);
+    guard.remove_leftovers(options.out, PictureSink::kNameBegin, ".png");  // of another run's --picture-at
     guard.commit();
   } else {
     guard.keep();

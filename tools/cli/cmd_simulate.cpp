@@ -101,7 +101,7 @@ int simulate(const SimulateOptions& options) {
     return kInterrupted;
   }
   if (!is_mcap)  // of another race: scans of a longer or an interrupted one, map and poses that this one lacks
-    for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard.remove_leftovers(options.out, ending);
+    for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard.remove_leftovers(options.out, "", ending);
   guard.commit();
   if (options.quiet) return 0;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
