@@ -241,7 +241,7 @@ void check_effects(const RunOptions& options, const Config& config, const Sessio
 }
 
 void print_result(const RunOptions& options, const Config& config, const Session& session, const Sinks& sinks,
-                  const LineNotes& lines, const std::string& stream_note) {
+                  const LineNotes& lines, const std::vector<std::string>& input_notes) {
   std::printf("%s\n%s", sinks.frame_table.format().c_str(), sinks.times.format().c_str());
   const std::size_t confirmed = sinks.track_table.count();
   if (confirmed > 0) {
@@ -261,7 +261,8 @@ void print_result(const RunOptions& options, const Config& config, const Session
                 share_text(sinks.counts.frames_with_ego(), sinks.counts.frames()).c_str());
   if (const std::string why = io::why_partial(config.input); !why.empty())
     std::printf("note: this log is partial: %s\n", why.c_str());
-  if (!stream_note.empty()) std::printf("note: %s\n", printable(stream_note).c_str());
+  for (const std::string& note : input_notes)
+    if (!note.empty()) std::printf("note: %s\n", printable(note).c_str());
   lines.print(config.rig);
   print_notes(sinks.counts, session);
   if (sinks.counts.frames_with(OVT_FLAG_EGO_OFF_MAP) > 0 && !is_wrong_map(sinks.counts))
@@ -333,7 +334,7 @@ int run(const RunOptions& options) {
   } else {
     guard.keep();
   }
-  if (!options.quiet) print_result(options, config, session, sinks, lines, stream->note());
+  if (!options.quiet) print_result(options, config, session, sinks, lines, {stream->note(), frames.note()});
   if (live) {
     live->view.drain(std::chrono::seconds(1));
     const auto counts = live->view.counts();
