@@ -87,6 +87,7 @@ mounting_height|WRONG  sensor 'front': the road lies 0\.[78][0-9] m above where 
 mounting_pitch|WRONG  sensor 'front': the road is tilted by [56]\.[0-9] deg along
 gap|note   sensor 'front': 1 gap between scans, the longest 0.10 s
 time_unit|WRONG  sensor 'front': the times of its points span [0-9.]+ s within a scan of 0.050 s
+time_us|WRONG  sensor 'front': the times of its points span [0-9.]+ us within a scan of 0.050 s
 nan|WRONG  sensor 'front': 67 % of its points are NaN
 ego_degrees|WRONG  ego: its yaw does not fit its motion
 ego_missing|note   ego: there are no ego poses: tracks will be in the vehicle frame
