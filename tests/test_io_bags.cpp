@@ -176,6 +176,93 @@ TEST_CASE("bags: a topic that the summaries of a folder's files lack is added wh
   CHECK(messages == std::map<std::string, int32_t>{{"/ego/odometry", 6}, {"/hidden", 2}});
 }
 
+namespace {
+
+struct Read {
+  std::vector<std::size_t> scans;  // of each frame
+  std::string first_loss, damage;
+  int64_t lost = 0;
+};
+Read read_all(const std::string& path, const io::Rig& rig) {
+  const auto stream = io::open_scans(path, rig);
+  Read read;
+  for (io::FrameScans frame; stream->next(frame);) {
+    CHECK(frame.frame == int64_t(read.scans.size()));
+    read.scans.push_back(frame.scans.size());
+  }
+  read.lost = stream->lost_count(), read.first_loss = stream->first_loss(), read.damage = stream->damage();
+  return read;
+}
+
+// Clouds of sensors front and left at the same stamps; those of left are recorded later.
+std::vector<Recorded> two_sensors(int32_t frames, int64_t late_ns) {
+  const io::Cloud cloud = swept_cloud(kLines, 20, 0);
+  std::vector<Recorded> messages;
+  for (int32_t frame = 0; frame < frames; ++frame)
+    for (const char* topic : {"/front/points", "/left/points"}) {
+      messages.push_back(cloud_of(cloud, topic, frame * kPeriodNs));
+      if (std::string(topic) == "/left/points") messages.back().stamp_ns += late_ns;
+    }
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
+  return messages;
+}
+
+}  // namespace
+
+TEST_CASE("bags: scans of one time are one frame, also where one is recorded up to half a second later") {
+  const TempFolder folder;
+  io::Rig rig = swept_rig(kLines);
+  rig.sensors.push_back(rig.sensors[0]);
+  rig.sensors[1].name = "left";
+  for (const int64_t late_ns : {0, 60'000'000, 130'000'000, 480'000'000}) {
+    CAPTURE(late_ns);
+    write_mcap(folder.path("a.mcap"), two_sensors(30, late_ns));
+    CHECK(read_all(folder.path("a.mcap"), rig).scans == std::vector<std::size_t>(30, 2));
+  }
+  write_mcap(folder.path("a.mcap"), two_sensors(30, 700'000'000));  // the reader does not hold frames for ever
+  CHECK(read_all(folder.path("a.mcap"), rig).scans.size() > 40);
+}
+
+TEST_CASE("bags: a message that cannot be decoded is left out and named; a topic of such messages is an error") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  const io::Rig rig = swept_rig(kLines);
+  const auto good = write_scans(folder);
+  auto messages = good;
+  for (const std::size_t bad : {std::size_t(3), std::size_t(7)}) messages[bad].data.resize(40);
+  write_db3(folder.path("a.db3"), messages);
+  write_mcap(folder.path("a.mcap"), messages);
+  for (const char* name : {"a.db3", "a.mcap"}) {
+    const Read read = read_all(folder.path(name), rig);
+    CHECK(read.scans.size() == kFrames - 2);
+    CHECK(read.lost == 2);
+    CHECK(read.first_loss.starts_with("message 3 on /front/points (log time 0.150 s): is not a sensor_msgs/msg/"));
+  }
+  messages = with_ego(good);
+  const auto pose =
+      std::find_if(messages.begin(), messages.end(), [](const Recorded& m) { return m.type == io::kOdometryName; });
+  pose->data.resize(10);
+  write_mcap(folder.path("b.mcap"), messages);
+  const Read read = read_all(folder.path("b.mcap"), rig);
+  CHECK(read.scans.size() == kFrames);
+  CHECK(read.lost == 1);
+  CHECK(read.first_loss.find(" on /ego/odometry (log time 0.000 s): ") != std::string::npos);
+
+  messages = good;
+  for (Recorded& message : messages) message.data.resize(40);
+  write_mcap(folder.path("c.mcap"), messages);
+  CHECK(
+      error_of([&] {
+        read_all(folder.path("c.mcap"), rig);
+      }).starts_with(folder.path("c.mcap") + ": no message on /front/points can be read, of 10; the first: message 0"));
+  while (messages.size() < 100) messages.push_back(messages[0]);
+  for (const Recorded& message : good) messages.push_back(message);
+  write_mcap(folder.path("d.mcap"), messages);  // nobody waits an hour for the error
+  CHECK(error_of([&] { read_all(folder.path("d.mcap"), rig); }).find("can be read, of 100 so far; the first: ") !=
+        std::string::npos);
+}
+
 TEST_CASE("bags: topics are found by the rig's names; one * stands for the ego vehicle in all of them") {
   const std::vector<io::BagTopic> topics = {{"/vehicle_5/local_odometry", io::kOdometryName, "cdr"},
                                             {"/vehicle_3/local_odometry", io::kOdometryName, "cdr"},

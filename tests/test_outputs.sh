@@ -313,7 +313,7 @@ cp -r scene hurt && truncate -s 5000 hurt/000002_left.pcd && truncate -s 0 hurt/
 end 3 "overtake: hurt: 2 files could not be read, the others are done; the first: *000002_left.pcd: *" run hurt --rig av21 --out ov
 [[ $(awk -F, 'NR > 1 { print $1 }' ov/timing.csv | sort -un | wc -l) == 6 ]] || fail "a damaged file costs more than its scan"
 [[ -n $(hash_of) ]] || fail "no table and no hash where a file is damaged"
-end 3 "overtake: hurt: 2 could not be read, *" label hurt --rig av21 --out hurt_labels
+end 3 "overtake: hurt: 2 files could not be read, *" label hurt --rig av21 --out hurt_labels
 [[ $(ls hurt_labels/*.npy | wc -l) == 16 ]] || fail "labels of a damaged folder: $(ls hurt_labels)"
 
 # ---- track on run's own table

@@ -123,6 +123,21 @@ code=$?
 ((code == 3 || code == 1)) && grep -q 'SQLite says' stderr.txt || fail "a cut db3: exit code $code, $(cat stderr.txt)"
 [[ $(wc -l <cut/timing.csv) -gt 1 ]] || fail "a cut db3 gives no frame"
 
+# ---- a message that cannot be decoded is left out and named, the others are used; a topic of such messages is an error
+for fault in "short_cloud|declares [0-9]* points" "cdr_cut|is not a sensor_msgs/msg/PointCloud2"; do
+  "$overtake" run faults/${fault%|*}.db3 --rig racecar --out ${fault%|*} >stdout.txt 2>stderr.txt
+  code=$?
+  lost="3 messages could not be read, the others are done; the first: message [0-9]* on /vehicle_3/luminar_front_points"
+  ((code == 3)) && grep -q "^overtake: faults/${fault%|*}.db3: $lost (log time [0-9.]* s): ${fault#*|}" stderr.txt ||
+    fail "run with ${fault%|*}: exit code $code, $(cat stderr.txt)"
+  [[ $(cut -d, -f1 ${fault%|*}/timing.csv | sort -u | wc -l) == 7 ]] || fail "bad messages of one time cost other frames than theirs"
+  grep -q '^Hash of all detections and tracks' stdout.txt || fail "run with ${fault%|*} prints no result: $(cat stdout.txt)"
+done
+"$overtake" run faults/shuffled.db3 --rig racecar --out shuffled >stdout.txt 2>stderr.txt
+code=$?
+((code == 1)) && grep -q 'shuffled.db3: no message on /vehicle_3/luminar_front_points can be read, of 7; the first: message 0 ' stderr.txt ||
+  fail "run on a topic without a good message: exit code $code, $(cat stderr.txt)"
+
 # ---- a pose that is no number is left out, and named
 "$overtake" run faults/ego_nan.db3 --rig racecar --out ego_nan >stdout.txt 2>stderr.txt || fail "run with a NaN pose: $(cat stderr.txt)"
 grep -q '^note: 1 ego pose with a value that is not finite or out of bounds: not used; the first has stamp [0-9]*$' stdout.txt ||

@@ -42,11 +42,6 @@ int32_t choose_sensor(const io::Rig& rig, const std::string& name) {
 
 io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_t wanted) {
   const auto stream = io::open_scans(input, rig);
-  const auto lost = [&] {
-    return stream->lost_count() == 0
-               ? std::string()
-               : "; " + std::to_string(stream->lost_count()) + " could not be read, the first: " + stream->first_loss();
-  };
   io::FrameScans frame, first;
   int64_t count = 0, last = 0;
   while (stream->next(frame)) {
@@ -62,7 +57,7 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
     throw io::Error("", 0, "--frame is needed: " + input + " has several, from " + std::to_string(first.frame) + " on");
   throw io::Error("--frame " + std::to_string(wanted), 0,
                   input + " has no such frame (there are " + std::to_string(first.frame) + " to " +
-                      std::to_string(last) + ")" + lost());
+                      std::to_string(last) + ")" + (stream->lost_count() > 0 ? "; " + stream->losses() : ""));
 }
 
 // The range image that defines which pixels of image `id` are returns: that of its stage, else any available one.

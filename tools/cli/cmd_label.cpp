@@ -88,9 +88,7 @@ int label(const LabelOptions& options) {
         "labels.csv\n",
         table.format(20).c_str(), options.out.c_str());
   if (stream->lost_count() > 0)
-    std::fprintf(stderr, "overtake: %s: %lld could not be read, the others are done; the first: %s\n",
-                 printable(options.input).c_str(), static_cast<long long>(stream->lost_count()),
-                 printable(stream->first_loss()).c_str());
+    std::fprintf(stderr, "overtake: %s: %s\n", printable(options.input).c_str(), printable(stream->losses()).c_str());
   if (!stream->damage().empty())
     std::fprintf(stderr, "overtake: %s: %s; results are from the part before it\n", printable(options.input).c_str(),
                  printable(stream->damage()).c_str());

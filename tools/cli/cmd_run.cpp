@@ -131,10 +131,7 @@ std::vector<std::string> find_faults(const Config& config, const io::ScanStream&
   std::vector<std::string> faults;
   if (!stream.damage().empty())
     faults.push_back(config.input + ": " + stream.damage() + "; results are from the part before it");
-  if (stream.lost_count() > 0)
-    faults.push_back(config.input + ": " + std::to_string(stream.lost_count()) +
-                     (stream.lost_count() == 1 ? " file" : " files") +
-                     " could not be read, the others are done; the first: " + stream.first_loss());
+  if (stream.lost_count() > 0) faults.push_back(config.input + ": " + stream.losses());
   if (is_wrong_map(counts))
     faults.push_back(config.map + ": " + format_off_map(counts) +
                      ": map and poses are of different courses; the run did not use the map there");
