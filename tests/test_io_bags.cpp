@@ -263,6 +263,32 @@ TEST_CASE("bags: a message that cannot be decoded is left out and named; a topic
         std::string::npos);
 }
 
+TEST_CASE("bags: of a split recording whose last file is empty or cut, the others are read") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  const io::Rig rig = swept_rig(kLines);
+  const auto messages = write_scans(folder);
+  for (const std::string kind : {"db3", "mcap"})
+    for (const std::size_t bytes : {std::size_t(0), std::size_t(5), std::size_t(200)}) {
+      const std::string bag = kind + std::to_string(bytes);
+      CAPTURE(bag);
+      const auto file = [&](int32_t part) { return folder.path(bag + "/race_" + std::to_string(part) + "." + kind); };
+      std::filesystem::create_directories(folder.path(bag));
+      for (const int32_t part : {0, 1, 2}) {
+        const std::vector<Recorded> some(messages.begin() + 3 * part, messages.begin() + 3 * part + 3);
+        kind == "db3" ? write_db3(file(part), some) : write_mcap(file(part), some);
+      }
+      std::filesystem::resize_file(file(2), bytes);
+      const Read read = read_all(folder.path(bag), rig);
+      CHECK(read.scans.size() == 6);
+      CHECK_MESSAGE(read.damage.find(file(2) + ": ") == 0, read.damage);
+      if (bytes == 0) CHECK(read.damage == file(2) + ": is empty (0 bytes)");
+      if (bytes > 0) continue;
+      std::filesystem::resize_file(file(0), 0);  // only the end of a recording is expected to be cut
+      CHECK(error_of([&] { read_all(folder.path(bag), rig); }) == file(0) + ": is empty (0 bytes)");
+    }
+}
+
 TEST_CASE("bags: topics are found by the rig's names; one * stands for the ego vehicle in all of them") {
   const std::vector<io::BagTopic> topics = {{"/vehicle_5/local_odometry", io::kOdometryName, "cdr"},
                                             {"/vehicle_3/local_odometry", io::kOdometryName, "cdr"},
