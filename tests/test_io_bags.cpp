@@ -1,6 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
+#include <sqlite3.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -287,6 +289,88 @@ TEST_CASE("bags: of a split recording whose last file is empty or cut, the other
       std::filesystem::resize_file(file(0), 0);  // only the end of a recording is expected to be cut
       CHECK(error_of([&] { read_all(folder.path(bag), rig); }) == file(0) + ": is empty (0 bytes)");
     }
+}
+
+namespace {
+
+// Without the right to write, also for root. `folder` gets its rights back at the end.
+class WithoutWriting {
+ public:
+  explicit WithoutWriting(std::string folder) : folder_(std::move(folder)) {
+    namespace fs = std::filesystem;
+    fs::permissions(folder_, fs::perms(0555));
+    if (geteuid() == 0) was_root_ = seteuid(65534) == 0;
+  }
+  ~WithoutWriting() {
+    if (was_root_) CHECK(seteuid(0) == 0);
+    std::filesystem::permissions(folder_, std::filesystem::perms(0755));
+  }
+  WithoutWriting(const WithoutWriting&) = delete;
+  WithoutWriting& operator=(const WithoutWriting&) = delete;
+  bool holds() const { return geteuid() != 0; }
+
+ private:
+  std::string folder_;
+  bool was_root_ = false;
+};
+
+// Runs SQL on a file in WAL mode, then calls `meanwhile` before SQLite merges the log into the file.
+template <class F>
+void change_in_wal_mode(const std::string& path, const char* sql, F&& meanwhile) {
+  sqlite3* db = nullptr;
+  REQUIRE(sqlite3_open(path.c_str(), &db) == SQLITE_OK);
+  REQUIRE(sqlite3_exec(db, "PRAGMA journal_mode=WAL", nullptr, nullptr, nullptr) == SQLITE_OK);
+  REQUIRE(sqlite3_exec(db, sql, nullptr, nullptr, nullptr) == SQLITE_OK);
+  meanwhile();
+  sqlite3_close(db);
+}
+
+}  // namespace
+
+TEST_CASE("bags: a db3 in WAL mode is read where nobody can write; with an unmerged log it is refused") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  std::filesystem::create_directories(folder.path("read_only"));
+  const io::Rig rig = swept_rig(kLines);
+  const std::string whole = folder.path("read_only/100%3f#?.db3"), open = folder.path("read_only/open.db3");
+  write_db3(whole, write_scans(folder));
+  change_in_wal_mode(whole, "DELETE FROM messages WHERE id = 1", [&] {
+    std::filesystem::copy_file(whole, open);
+    std::filesystem::copy_file(whole + "-wal", open + "-wal");
+  });
+  REQUIRE(std::filesystem::file_size(open + "-wal") > 0);
+  REQUIRE(!std::filesystem::exists(whole + "-wal"));
+  std::string scans, error;
+  {
+    const WithoutWriting without(folder.path("read_only"));
+    if (!without.holds()) {
+      MESSAGE("skipped: root cannot give up its rights here");
+      return;
+    }
+    scans = std::to_string(read_all(whole, rig).scans.size());
+    error = error_of([&] { read_all(open, rig); });
+  }
+  CHECK(scans == std::to_string(kFrames - 1));
+  CHECK(error == open + ": is in SQLite's WAL mode, and a part of it is still in " + open +
+                     "-wal: SQLite must write beside the file to read both. Copy them to a folder that can be written");
+  CHECK(read_all(open, rig).scans.size() == kFrames - 1);  // where it can write
+}
+
+TEST_CASE("bags: a db3 whose messages are all in its write-ahead log is read") {
+  const TempFolder folder;
+  const std::string path = folder.path("a.db3");
+  write_db3(path, {});
+  const char* sql =
+      "INSERT INTO topics VALUES (1, '/a', 'b', 'cdr', '');"
+      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 20000) "
+      "INSERT INTO messages SELECT i, 1, i, x'00' FROM n";
+  change_in_wal_mode(path, sql, [&] {
+    const auto bag = io::open_bag(path);
+    int64_t count = 0;
+    for (io::BagMessage message; bag->next(message);) ++count;
+    CHECK(bag->damage() == "");
+    CHECK(count == 20000);
+  });
 }
 
 TEST_CASE("bags: topics are found by the rig's names; one * stands for the ego vehicle in all of them") {
