@@ -19,8 +19,8 @@ import struct
 import sys
 
 FAULTS = ["frame_id", "vehicle_frame", "unordered", "duplicate", "millimetres", "empty_sensor", "missing_sensor",
-          "mounting_height", "mounting_pitch", "gap", "time_unit", "nan", "ego_degrees", "ego_missing", "ego_clock",
-          "short_cloud", "swapped", "period", "float_lines", "shuffled", "cdr_cut", "bad_row", "ego_nan"]
+          "mounting_height", "mounting_pitch", "gap", "time_unit", "time_us", "nan", "ego_degrees", "ego_missing",
+          "ego_clock", "short_cloud", "swapped", "period", "float_lines", "shuffled", "cdr_cut", "bad_row", "ego_nan"]
 YAW = {"front": 0.0, "left": math.radians(120), "right": math.radians(-120)}
 PLACE = {"front": (2.342, 0.0, 0.646), "left": (1.549, 0.267, 0.741), "right": (1.549, -0.267, 0.741)}
 
@@ -133,6 +133,8 @@ def spoil_points(points, sensor, index, fault):
         points = [dict(p, x=c * p["x"] - s * p["y"] + x0, y=s * p["x"] + c * p["y"] + y0, z=p["z"] + z0) for p in points]
     if fault == "time_unit":
         points = [dict(p, t=min(p.get("t", 0) * 1000, 2**32 - 1)) for p in points]
+    if fault == "time_us":
+        points = [dict(p, t=p.get("t", 0) // 1000) for p in points]
     if fault == "float_lines":
         points = [dict(p, ring=p["ring"] + 0.5) for p in points]
     if fault == "shuffled":

@@ -91,6 +91,11 @@ grep -q "'descr': '<f4'.*'shape': (32, 857)" <(head -c 128 images/range.npy | tr
 
 { echo stamp_ns,x_m,y_m; for i in {0..29}; do echo "$((i * 50000000)),$((i * 2)),5"; done; echo 1500000000,,; } >detections.csv
 expect "track" "$overtake" track detections.csv --out track
+grep -q '^note: .* that track does not read' stdout && fail "track does not read a column: $(cat stdout)"
+printf 'stamp_ns,x_m,y_m,lenght_m,yaw_rad,heading_rad,class\n0,1,2,4.5,0,0,car\n' >unread.csv
+expect "track with unknown columns" "$overtake" track unread.csv --out track_unread
+[[ $(grep -c '^note: unread.csv has columns that track does not read: lenght_m, yaw_rad, class$' stdout) == 1 ]] ||
+  fail "unknown columns are not named once: $(cat stdout)"
 [[ $(awk -F, 'NR > 1 { print $2 }' track/tracks.csv | sort -u | wc -l) == 1 ]] || fail "a straight drive is not one track"
 awk -F, '$4 == 29 && ($7 < 38 || $7 > 42) { exit 1 }' track/tracks.csv || fail "2 m each 50 ms is not about 40 m/s"
 awk -F, 'NR > 1 && $15 $16 != "" { exit 1 }' track/tracks.csv || fail "track knows no ego pose, and says how far ahead a car is"
@@ -169,6 +174,10 @@ refuse "rig_key.toml:2: unknown key 'shard_cloud'; did you mean 'shared_cloud'[?
 refuse "config.toml:3: tracker: unknown key 'confirm'; did you mean 'confirm_hits'[?]" run scene --config config.toml "${av21[@]}"
 refuse "range.toml:3: tracker: tracker.confirm_hits is '3000', it takes a whole number from *" run scene --config range.toml "${av21[@]}"
 refuse "group.toml:1: unknown key 'trackers'" run scene --config group.toml "${av21[@]}"
+printf '[[tracker]]\nconfirm_hits = 3\n[[tracker]]\nconfirm_hits = 9\n' >twice.toml
+refuse "twice.toml:3: a second table [[][[]tracker]]: only one is read, as [[]tracker]" run scene --config twice.toml "${av21[@]}"
+printf '[[car]]\nname = "ego"\n[[sensors]]\n[[sensors]]\n' >two_sensors.toml
+refuse "two_sensors.toml:4: a second table [[][[]sensors]]: only one is read, *" simulate two_sensors.toml --out out
 refuse "no.toml: no such file" run scene --config no.toml "${av21[@]}"
 refuse "--preset: there is no preset 'worst' (there is: paper, best)" run scene --preset worst "${av21[@]}"
 refuse "preset.toml:1: there is no preset 'worst' (there is: paper, best)" run scene --config preset.toml "${av21[@]}"
@@ -181,8 +190,11 @@ refuse "--set tracker.confirm_hits: key=value is needed" run scene --set tracker
 refuse "--set tracker.confirm_hits=x: tracker.confirm_hits is 'x', it takes a whole number from *" run scene --set tracker.confirm_hits=x "${av21[@]}"
 refuse "--set smooth.window=99: smooth.window is '99', it takes a whole number from *" run scene --set smooth.window=99 "${av21[@]}"
 refuse "bound.csv:1: a bound has two columns, *" run scene --map bound.csv,bound.csv "${av21[@]}"
-refuse "*short_box/000000_box.txt:1: 7 numbers are needed: *" run short_box "${av21[@]}"
-refuse "*bad_box/000000_box.txt:1: 'east' is not a number" run bad_box "${av21[@]}"
+for box in "short_box|7 numbers are needed: x y z length width height yaw" "bad_box|'east' is not a number"; do
+  expect "run with an odd box" "$overtake" run "${box%|*}" --rig av21 --out odd_box
+  grep -qxF "note: 1 box of the opponent could not be read; the first: ${box%|*}/000000_box.txt:1: ${box#*|}" stdout ||
+    fail "an odd box is not named: $(cat stdout)"
+done
 refuse "*0_front.pcd: * points, but sensor 'front' has point_capacity 100 (--capacity points=* raises it)" run small --rig small.toml --out out
 refuse "map.csv:3:5: 'five' is not a number" run scene --map map.csv "${av21[@]}"
 refuse "no.csv: no such file" run scene --map no.csv "${av21[@]}"
@@ -235,6 +247,16 @@ misuse "simulate: unknown option '--sed'; did you mean '--seed'[?] (overtake sim
 misuse "run: 'b' is one argument too many (overtake run --help)" run a b --rig av21 --out out
 misuse "run: --out is required (overtake run --help)" run scene --rig av21
 misuse "run: --workers: *-1* (overtake run --help)" run scene --rig av21 --out out --workers -1
+for number in -1 1.5 nan inf 18446744073709551616 ""; do
+  misuse "simulate: --seed: Value $number is not a whole number from 0 on (overtake simulate --help)" simulate demo --seed "$number" --out out
+done
+for number in nan -nan inf -1 1e9; do
+  misuse "simulate: --seconds: Value $number not in range 0.05 to 36000 (overtake simulate --help)" simulate demo --seconds $number --out out
+  misuse "simulate: --picture-at: Value $number not in range 0 to 36000 *" simulate demo --pictures out --picture-at $number
+  misuse "run: --rate: Value $number not in range 0.001 to 1000 *" run scene --rig av21 --out out --rate $number
+  misuse "label: --flat-deg: Value $number not in range 1 to 89 *" label scene --rig av21 --out out --flat-deg $number
+done
+misuse "inspect: --frame: Value -3 not in range 0 to *" inspect scene --rig av21 --sensor front --out out --frame -3
 [[ ! -e out/tracks.csv ]] || fail "a wrong command line was executed"
 "$overtake" --help >stdout || fail "--help fails"
 for code in "0 done" "1 an error" "2 a wrong command line" "3 the recording is damaged" "the map or the ego poses do not fit" \

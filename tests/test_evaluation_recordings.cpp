@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tests/support/bags.h"
 #include "tests/support/recorded.h"
 #include "tests/support/simulated_race.h"
 #include "tests/support/temp_folder.h"
@@ -73,6 +74,27 @@ TEST_CASE("pose_history: noise is smoothed, a gap gives no result, a standing ca
   for (int32_t k = 0; k < 100; ++k) still.add(row_at(0.01 * k, 5, 6, 1.2));
   CHECK(still.at(500'000'000)->course_rad == Approx(1.2));
   CHECK(still.at(500'000'000)->speed_mps == Approx(0));
+}
+
+TEST_CASE("recordings: with a message that cannot be decoded there are no measures; the error names it") {
+  const TempFolder folder;
+  const io::Rig rig = test::swept_rig(16);
+  std::vector<test::Recorded> messages;
+  for (int32_t k = 0; k < 3; ++k)
+    messages.push_back(test::cloud_of(test::swept_cloud(16, 20, 0), "/front/points", k * 50'000'000));
+  for (const char* topic : {"/ego/odometry", "/opponent/odometry"})
+    for (test::Recorded& pose : test::straight_drive(topic, 0, 200'000'000)) messages.push_back(std::move(pose));
+  for (const std::size_t bad : {std::size_t(1), std::size_t(4), messages.size() - 1}) {
+    auto some = messages;
+    some[bad].data.resize(10);
+    test::write_mcap(folder.path("race.mcap"), some);
+    const std::string error = error_of([&] {
+      OdometryLog log(folder.path("race.mcap"), rig, "");
+      for (LogFrame frame; log.next(frame);) continue;
+    });
+    CHECK_MESSAGE(error.starts_with(folder.path("race.mcap") + ": message "), error);
+    CHECK_MESSAGE(error.find("message " + std::to_string(bad)) != std::string::npos, error);
+  }
 }
 
 TEST_CASE("recordings: a simulated log read as a recording, with odometry as truth, gives the same cars") {

@@ -1,6 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
+#include <sqlite3.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -174,6 +176,201 @@ TEST_CASE("bags: a topic that the summaries of a folder's files lack is added wh
   CHECK(bag->damage() == "");
   CHECK(bag->topics().size() == 2);  // one entry for both files
   CHECK(messages == std::map<std::string, int32_t>{{"/ego/odometry", 6}, {"/hidden", 2}});
+}
+
+namespace {
+
+struct Read {
+  std::vector<std::size_t> scans;  // of each frame
+  std::string first_loss, damage;
+  int64_t lost = 0;
+};
+Read read_all(const std::string& path, const io::Rig& rig) {
+  const auto stream = io::open_scans(path, rig);
+  Read read;
+  for (io::FrameScans frame; stream->next(frame);) {
+    CHECK(frame.frame == int64_t(read.scans.size()));
+    read.scans.push_back(frame.scans.size());
+  }
+  read.lost = stream->lost_count(), read.first_loss = stream->first_loss(), read.damage = stream->damage();
+  return read;
+}
+
+// Clouds of sensors front and left at the same stamps; those of left are recorded later.
+std::vector<Recorded> two_sensors(int32_t frames, int64_t late_ns) {
+  const io::Cloud cloud = swept_cloud(kLines, 20, 0);
+  std::vector<Recorded> messages;
+  for (int32_t frame = 0; frame < frames; ++frame)
+    for (const char* topic : {"/front/points", "/left/points"}) {
+      messages.push_back(cloud_of(cloud, topic, frame * kPeriodNs));
+      if (std::string(topic) == "/left/points") messages.back().stamp_ns += late_ns;
+    }
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
+  return messages;
+}
+
+}  // namespace
+
+TEST_CASE("bags: scans of one time are one frame, also where one is recorded up to half a second later") {
+  const TempFolder folder;
+  io::Rig rig = swept_rig(kLines);
+  rig.sensors.push_back(rig.sensors[0]);
+  rig.sensors[1].name = "left";
+  for (const int64_t late_ns : {0, 60'000'000, 130'000'000, 480'000'000}) {
+    CAPTURE(late_ns);
+    write_mcap(folder.path("a.mcap"), two_sensors(30, late_ns));
+    CHECK(read_all(folder.path("a.mcap"), rig).scans == std::vector<std::size_t>(30, 2));
+  }
+  write_mcap(folder.path("a.mcap"), two_sensors(30, 700'000'000));  // the reader does not hold frames for ever
+  CHECK(read_all(folder.path("a.mcap"), rig).scans.size() > 40);
+}
+
+TEST_CASE("bags: a message that cannot be decoded is left out and named; a topic of such messages is an error") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  const io::Rig rig = swept_rig(kLines);
+  const auto good = write_scans(folder);
+  auto messages = good;
+  for (const std::size_t bad : {std::size_t(3), std::size_t(7)}) messages[bad].data.resize(40);
+  write_db3(folder.path("a.db3"), messages);
+  write_mcap(folder.path("a.mcap"), messages);
+  for (const char* name : {"a.db3", "a.mcap"}) {
+    const Read read = read_all(folder.path(name), rig);
+    CHECK(read.scans.size() == kFrames - 2);
+    CHECK(read.lost == 2);
+    CHECK(read.first_loss.starts_with("message 3 on /front/points (log time 0.150 s): is not a sensor_msgs/msg/"));
+  }
+  messages = with_ego(good);
+  const auto pose =
+      std::find_if(messages.begin(), messages.end(), [](const Recorded& m) { return m.type == io::kOdometryName; });
+  pose->data.resize(10);
+  write_mcap(folder.path("b.mcap"), messages);
+  const Read read = read_all(folder.path("b.mcap"), rig);
+  CHECK(read.scans.size() == kFrames);
+  CHECK(read.lost == 1);
+  CHECK(read.first_loss.find(" on /ego/odometry (log time 0.000 s): ") != std::string::npos);
+
+  messages = good;
+  for (Recorded& message : messages) message.data.resize(40);
+  write_mcap(folder.path("c.mcap"), messages);
+  CHECK(
+      error_of([&] {
+        read_all(folder.path("c.mcap"), rig);
+      }).starts_with(folder.path("c.mcap") + ": no message on /front/points can be read, of 10; the first: message 0"));
+  while (messages.size() < 100) messages.push_back(messages[0]);
+  for (const Recorded& message : good) messages.push_back(message);
+  write_mcap(folder.path("d.mcap"), messages);  // nobody waits an hour for the error
+  CHECK(error_of([&] { read_all(folder.path("d.mcap"), rig); }).find("can be read, of 100 so far; the first: ") !=
+        std::string::npos);
+}
+
+TEST_CASE("bags: of a split recording whose last file is empty or cut, the others are read") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  const io::Rig rig = swept_rig(kLines);
+  const auto messages = write_scans(folder);
+  for (const std::string kind : {"db3", "mcap"})
+    for (const std::size_t bytes : {std::size_t(0), std::size_t(5), std::size_t(200)}) {
+      const std::string bag = kind + std::to_string(bytes);
+      CAPTURE(bag);
+      const auto file = [&](int32_t part) { return folder.path(bag + "/race_" + std::to_string(part) + "." + kind); };
+      std::filesystem::create_directories(folder.path(bag));
+      for (const int32_t part : {0, 1, 2}) {
+        const std::vector<Recorded> some(messages.begin() + 3 * part, messages.begin() + 3 * part + 3);
+        kind == "db3" ? write_db3(file(part), some) : write_mcap(file(part), some);
+      }
+      std::filesystem::resize_file(file(2), bytes);
+      const Read read = read_all(folder.path(bag), rig);
+      CHECK(read.scans.size() == 6);
+      CHECK_MESSAGE(read.damage.find(file(2) + ": ") == 0, read.damage);
+      if (bytes == 0) CHECK(read.damage == file(2) + ": is empty (0 bytes)");
+      if (bytes > 0) continue;
+      std::filesystem::resize_file(file(0), 0);  // only the end of a recording is expected to be cut
+      CHECK(error_of([&] { read_all(folder.path(bag), rig); }) == file(0) + ": is empty (0 bytes)");
+    }
+}
+
+namespace {
+
+// Without the right to write, also for root. `folder` gets its rights back at the end.
+class WithoutWriting {
+ public:
+  explicit WithoutWriting(std::string folder) : folder_(std::move(folder)) {
+    namespace fs = std::filesystem;
+    fs::permissions(folder_, fs::perms(0555));
+    if (geteuid() == 0) was_root_ = seteuid(65534) == 0;
+  }
+  ~WithoutWriting() {
+    if (was_root_) CHECK(seteuid(0) == 0);
+    std::filesystem::permissions(folder_, std::filesystem::perms(0755));
+  }
+  WithoutWriting(const WithoutWriting&) = delete;
+  WithoutWriting& operator=(const WithoutWriting&) = delete;
+  bool holds() const { return geteuid() != 0; }
+
+ private:
+  std::string folder_;
+  bool was_root_ = false;
+};
+
+// Runs SQL on a file in WAL mode, then calls `meanwhile` before SQLite merges the log into the file.
+template <class F>
+void change_in_wal_mode(const std::string& path, const char* sql, F&& meanwhile) {
+  sqlite3* db = nullptr;
+  REQUIRE(sqlite3_open(path.c_str(), &db) == SQLITE_OK);
+  REQUIRE(sqlite3_exec(db, "PRAGMA journal_mode=WAL", nullptr, nullptr, nullptr) == SQLITE_OK);
+  REQUIRE(sqlite3_exec(db, sql, nullptr, nullptr, nullptr) == SQLITE_OK);
+  meanwhile();
+  sqlite3_close(db);
+}
+
+}  // namespace
+
+TEST_CASE("bags: a db3 in WAL mode is read where nobody can write; with an unmerged log it is refused") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  std::filesystem::create_directories(folder.path("read_only"));
+  const io::Rig rig = swept_rig(kLines);
+  const std::string whole = folder.path("read_only/100%3f#?.db3"), open = folder.path("read_only/open.db3");
+  write_db3(whole, write_scans(folder));
+  change_in_wal_mode(whole, "DELETE FROM messages WHERE id = 1", [&] {
+    std::filesystem::copy_file(whole, open);
+    std::filesystem::copy_file(whole + "-wal", open + "-wal");
+  });
+  REQUIRE(std::filesystem::file_size(open + "-wal") > 0);
+  REQUIRE(!std::filesystem::exists(whole + "-wal"));
+  std::string scans, error;
+  {
+    const WithoutWriting without(folder.path("read_only"));
+    if (!without.holds()) {
+      MESSAGE("skipped: root cannot give up its rights here");
+      return;
+    }
+    scans = std::to_string(read_all(whole, rig).scans.size());
+    error = error_of([&] { read_all(open, rig); });
+  }
+  CHECK(scans == std::to_string(kFrames - 1));
+  CHECK(error == open + ": is in SQLite's WAL mode, and a part of it is still in " + open +
+                     "-wal: SQLite must write beside the file to read both. Copy them to a folder that can be written");
+  CHECK(read_all(open, rig).scans.size() == kFrames - 1);  // where it can write
+}
+
+TEST_CASE("bags: a db3 whose messages are all in its write-ahead log is read") {
+  const TempFolder folder;
+  const std::string path = folder.path("a.db3");
+  write_db3(path, {});
+  const char* sql =
+      "INSERT INTO topics VALUES (1, '/a', 'b', 'cdr', '');"
+      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 20000) "
+      "INSERT INTO messages SELECT i, 1, i, x'00' FROM n";
+  change_in_wal_mode(path, sql, [&] {
+    const auto bag = io::open_bag(path);
+    int64_t count = 0;
+    for (io::BagMessage message; bag->next(message);) ++count;
+    CHECK(bag->damage() == "");
+    CHECK(count == 20000);
+  });
 }
 
 TEST_CASE("bags: topics are found by the rig's names; one * stands for the ego vehicle in all of them") {

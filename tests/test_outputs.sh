@@ -192,6 +192,27 @@ expect "a race without map" "$overtake" simulate no_map --seconds 0.1 --out earl
 [[ ! -e early/map.csv && -e early/ego.csv ]] || fail "the map of another race is left: $(ls early)"
 expect "a race without poses" "$overtake" simulate no_poses --seconds 0.1 --out early --quiet
 [[ -e early/map.csv && ! -e early/ego.csv ]] || fail "the poses of another race are left: $(ls early)"
+# run, inspect and label leave no picture and no array of an earlier command; of other commands' files, none is theirs.
+left() {  # WHAT NAMES...: the folder reused must hold neither .part nor these names
+  local what=$1 name
+  shift
+  for name; do [[ ! -e reused/$name ]] || fail "$what leaves $name of an earlier command"; done
+}
+for frame in 2 4; do
+  expect "a picture of frame $frame" "$overtake" run scene --rig av21 --out reused --picture-at $frame --quiet
+  expect "labels of frame $frame" "$overtake" label scene --rig av21 --frame $frame --out reused --quiet
+done
+left "run --picture-at 4" frame_2.png && left "label" 2_front_labels.npy
+for preset in paper best; do
+  expect "inspect of $preset" "$overtake" inspect scene --rig av21 --frame 3 --sensor front --preset $preset --out reused --quiet
+done
+left "inspect of best" angle.png angle.npy
+[[ -e reused/frame_4.png && -e reused/4_front_labels.npy && -e reused/scan.png ]] || fail "inspect removes $(ls reused)"
+echo mine >>reused/4_front_labels.npy
+expect "run --force" "$overtake" run scene --rig av21 --out reused --quiet --force
+expect "label again" "$overtake" label scene --rig av21 --frame 0 --out reused --quiet
+left "run --force" frame_4.png
+[[ -e reused/4_front_labels.npy && -e reused/labels.npy && -e reused/range.png ]] || fail "run or label removes $(ls reused)"
 mkdir long
 for ((i = 0; i < 3000; ++i)); do ln "scene/00000$((i % 6))_front.pcd" "long/${i}_front.pcd"; done
 stop INT 'long_run/tracks.csv.part' run long --rig av21 --out long_run --mcap long_run/view.mcap --quiet
@@ -292,7 +313,7 @@ cp -r scene hurt && truncate -s 5000 hurt/000002_left.pcd && truncate -s 0 hurt/
 end 3 "overtake: hurt: 2 files could not be read, the others are done; the first: *000002_left.pcd: *" run hurt --rig av21 --out ov
 [[ $(awk -F, 'NR > 1 { print $1 }' ov/timing.csv | sort -un | wc -l) == 6 ]] || fail "a damaged file costs more than its scan"
 [[ -n $(hash_of) ]] || fail "no table and no hash where a file is damaged"
-end 3 "overtake: hurt: 2 could not be read, *" label hurt --rig av21 --out hurt_labels
+end 3 "overtake: hurt: 2 files could not be read, *" label hurt --rig av21 --out hurt_labels
 [[ $(ls hurt_labels/*.npy | wc -l) == 16 ]] || fail "labels of a damaged folder: $(ls hurt_labels)"
 
 # ---- track on run's own table

@@ -87,6 +87,7 @@ mounting_height|WRONG  sensor 'front': the road lies 0\.[78][0-9] m above where 
 mounting_pitch|WRONG  sensor 'front': the road is tilted by [56]\.[0-9] deg along
 gap|note   sensor 'front': 1 gap between scans, the longest 0.10 s
 time_unit|WRONG  sensor 'front': the times of its points span [0-9.]+ s within a scan of 0.050 s
+time_us|WRONG  sensor 'front': the times of its points span [0-9.]+ us within a scan of 0.050 s
 nan|WRONG  sensor 'front': 67 % of its points are NaN
 ego_degrees|WRONG  ego: its yaw does not fit its motion
 ego_missing|note   ego: there are no ego poses: tracks will be in the vehicle frame
@@ -121,6 +122,21 @@ head -c $(($(stat -c %s ring.db3) * 2 / 3)) ring.db3 >cut.db3
 code=$?
 ((code == 3 || code == 1)) && grep -q 'SQLite says' stderr.txt || fail "a cut db3: exit code $code, $(cat stderr.txt)"
 [[ $(wc -l <cut/timing.csv) -gt 1 ]] || fail "a cut db3 gives no frame"
+
+# ---- a message that cannot be decoded is left out and named, the others are used; a topic of such messages is an error
+for fault in "short_cloud|declares [0-9]* points" "cdr_cut|is not a sensor_msgs/msg/PointCloud2"; do
+  "$overtake" run faults/${fault%|*}.db3 --rig racecar --out ${fault%|*} >stdout.txt 2>stderr.txt
+  code=$?
+  lost="3 messages could not be read, the others are done; the first: message [0-9]* on /vehicle_3/luminar_front_points"
+  ((code == 3)) && grep -q "^overtake: faults/${fault%|*}.db3: $lost (log time [0-9.]* s): ${fault#*|}" stderr.txt ||
+    fail "run with ${fault%|*}: exit code $code, $(cat stderr.txt)"
+  [[ $(cut -d, -f1 ${fault%|*}/timing.csv | sort -u | wc -l) == 7 ]] || fail "bad messages of one time cost other frames than theirs"
+  grep -q '^Hash of all detections and tracks' stdout.txt || fail "run with ${fault%|*} prints no result: $(cat stdout.txt)"
+done
+"$overtake" run faults/shuffled.db3 --rig racecar --out shuffled >stdout.txt 2>stderr.txt
+code=$?
+((code == 1)) && grep -q 'shuffled.db3: no message on /vehicle_3/luminar_front_points can be read, of 7; the first: message 0 ' stderr.txt ||
+  fail "run on a topic without a good message: exit code $code, $(cat stderr.txt)"
 
 # ---- a pose that is no number is left out, and named
 "$overtake" run faults/ego_nan.db3 --rig racecar --out ego_nan >stdout.txt 2>stderr.txt || fail "run with a NaN pose: $(cat stderr.txt)"

@@ -129,12 +129,12 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
   command
       .add_option("--from", options.from_s,
                   "a piece of each log: its frames from this many seconds on; merge joins pieces. Needs --only-figures")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(in_range(0.0, 1e6));
   command.add_option("--to", options.to_s, "until before this many seconds (default: the end)")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(in_range(0.0, 1e6));
   command
       .add_option("--warm-up", options.warm_up_s, "seconds before --from that the pipeline gets, but nothing compares")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(in_range(0.0, 1e6))
       ->capture_default_str();
   command.add_option("--workers", options.workers, "parallel runs, 0: one per CPU; the results are the same")
       ->check(CLI::Range(0, 256));
@@ -150,7 +150,7 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
   command
       .add_option("--progress", options.progress_s,
                   "interval in seconds of progress lines instead of the bar, also with --quiet")
-      ->check(CLI::Range(0.0, 36000.0));
+      ->check(in_range(0.0, 36000.0));
   add_force_option(command, options.force);
   command.add_flag("--check", options.check, "only: whether --preset and --sweep can be run; needs no log");
 }

@@ -42,11 +42,6 @@ int32_t choose_sensor(const io::Rig& rig, const std::string& name) {
 
 io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_t wanted) {
   const auto stream = io::open_scans(input, rig);
-  const auto lost = [&] {
-    return stream->lost_count() == 0
-               ? std::string()
-               : "; " + std::to_string(stream->lost_count()) + " could not be read, the first: " + stream->first_loss();
-  };
   io::FrameScans frame, first;
   int64_t count = 0, last = 0;
   while (stream->next(frame)) {
@@ -62,7 +57,7 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
     throw io::Error("", 0, "--frame is needed: " + input + " has several, from " + std::to_string(first.frame) + " on");
   throw io::Error("--frame " + std::to_string(wanted), 0,
                   input + " has no such frame (there are " + std::to_string(first.frame) + " to " +
-                      std::to_string(last) + ")" + lost());
+                      std::to_string(last) + ")" + (stream->lost_count() > 0 ? "; " + stream->losses() : ""));
 }
 
 // The range image that defines which pixels of image `id` are returns: that of its stage, else any available one.
@@ -217,6 +212,8 @@ int inspect(const InspectOptions& options) {
                     "frame " + std::to_string(frame.frame) + " " + config.rig.sensors[std::size_t(sensor)].name);
   io::write_whole_file(options.out + "/reasons.json", format_reasons(reasons));
   io::write_whole_file(options.out + "/config.toml", format_config(config));
+  for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id)  // images of another preset
+    for (const char* ending : {".npy", ".png"}) guard.remove_leftovers(options.out, ovt_image_name(id), ending);
   guard.commit();
   if (!options.quiet) print_summary(options, frame.scans[0], labels, points, reasons);
   if (const std::string absent = absent_images(images); !options.quiet && !absent.empty())
@@ -228,10 +225,12 @@ void add_inspect_options(CLI::App& command, InspectOptions& options) {
   options.command = "inspect";
   add_detector_options(command, options);
   add_common_options(command, options);
-  command.add_option(
-      "--frame", options.frame,
-      "the number in the scan's file name, or the place in a recording with topics, from 0 (optional for one "
-      "frame)");
+  command
+      .add_option(
+          "--frame", options.frame,
+          "the number in the scan's file name, or the place in a recording with topics, from 0 (optional for one "
+          "frame)")
+      ->check(CLI::Range(int64_t(0), INT64_MAX));
   command.add_option("--sensor", options.sensor, "sensor of the rig (optional for one sensor)");
 }
 

@@ -25,6 +25,8 @@ struct LabelOptions {
   bool quiet = false, force = false;
 };
 
+constexpr const char* kLabelsEnding = "_labels.npy";
+
 std::vector<uint8_t> label_scan(const io::SensorScan& scan, const io::RigSensor& sensor,
                                 const baselines::LabelGroundParams& params) {
   const evaluation::Mounting mounting(sensor);
@@ -61,7 +63,7 @@ int label(const LabelOptions& options) {
       int64_t obstacles = 0;
       for (const uint8_t l : labels) obstacles += l;
       const std::string place = std::to_string(frame.frame) + "_" + sensor.name;
-      io::write_npy(options.out + "/" + place + "_labels.npy", labels.data(), {int64_t(labels.size())});
+      io::write_npy(options.out + "/" + place + kLabelsEnding, labels.data(), {int64_t(labels.size())});
       csv += std::to_string(frame.frame) + "," + sensor.name + "," + std::to_string(labels.size()) + "," +
              std::to_string(obstacles) + "\n";
       guard.keep();
@@ -78,6 +80,7 @@ int label(const LabelOptions& options) {
                  table.size());
     return kInterrupted;
   }
+  guard.remove_leftovers(options.out, "", kLabelsEnding);  // of frames that an earlier command labelled
   guard.commit();
   if (!options.quiet)
     std::printf(
@@ -85,9 +88,7 @@ int label(const LabelOptions& options) {
         "labels.csv\n",
         table.format(20).c_str(), options.out.c_str());
   if (stream->lost_count() > 0)
-    std::fprintf(stderr, "overtake: %s: %lld could not be read, the others are done; the first: %s\n",
-                 printable(options.input).c_str(), static_cast<long long>(stream->lost_count()),
-                 printable(stream->first_loss()).c_str());
+    std::fprintf(stderr, "overtake: %s: %s\n", printable(options.input).c_str(), printable(stream->losses()).c_str());
   if (!stream->damage().empty())
     std::fprintf(stderr, "overtake: %s: %s; results are from the part before it\n", printable(options.input).c_str(),
                  printable(stream->damage()).c_str());
@@ -99,12 +100,12 @@ void add_label_options(CLI::App& command, LabelOptions& options) {
   command.add_option("--rig", options.rig,
                      "sensors: a TOML file or a built-in rig (default: that of a simulated log or folder)");
   command.add_option("--out", options.out, "folder for the labels")->required();
-  command.add_option("--frame", options.frame, "this frame only")->check(CLI::NonNegativeNumber);
+  command.add_option("--frame", options.frame, "this frame only")->check(CLI::Range(int64_t(0), INT64_MAX));
   command.add_option("--every", options.every, "every N-th frame")->check(CLI::Range(1, 1000000));
   command.add_option("--neighbours", options.params.neighbours, "neighbours for the first plane of a point")
       ->check(CLI::Range(3, 96));
   command.add_option("--flat-deg", options.params.flat_deg, "a normal this close to the vertical is ground")
-      ->check(CLI::Range(1.0, 89.0));
+      ->check(in_range(1.0, 89.0));
   command.add_option("--voters", options.params.voters, "points that vote in the last step")->check(CLI::Range(1, 96));
   add_quiet_option(command, options.quiet);
   add_force_option(command, options.force);

@@ -60,7 +60,7 @@ void add_live_options(CLI::App& command, LiveOptions& options) {
       .add_option("--deadline-ms", node.deadline_ms,
                   "from the arrival of a frame's last scan to its tracks; later frames are counted (default: the rig's "
                   "period)")
-      ->check(CLI::Range(0.0, 60000.0));
+      ->check(in_range(0.0, 60000.0));
   command.add_flag("--no-tf", options.no_tf, "does not publish the sensors' mounting on /tf_static");
   command.add_option("--ros-distro", node.ros_distro,
                      "release of the other nodes, humble, jazzy, ...: the form of the entry in their graph, for ros2 "

@@ -131,10 +131,7 @@ std::vector<std::string> find_faults(const Config& config, const io::ScanStream&
   std::vector<std::string> faults;
   if (!stream.damage().empty())
     faults.push_back(config.input + ": " + stream.damage() + "; results are from the part before it");
-  if (stream.lost_count() > 0)
-    faults.push_back(config.input + ": " + std::to_string(stream.lost_count()) +
-                     (stream.lost_count() == 1 ? " file" : " files") +
-                     " could not be read, the others are done; the first: " + stream.first_loss());
+  if (stream.lost_count() > 0) faults.push_back(config.input + ": " + stream.losses());
   if (is_wrong_map(counts))
     faults.push_back(config.map + ": " + format_off_map(counts) +
                      ": map and poses are of different courses; the run did not use the map there");
@@ -241,7 +238,7 @@ void check_effects(const RunOptions& options, const Config& config, const Sessio
 }
 
 void print_result(const RunOptions& options, const Config& config, const Session& session, const Sinks& sinks,
-                  const LineNotes& lines, const std::string& stream_note) {
+                  const LineNotes& lines, const std::vector<std::string>& input_notes) {
   std::printf("%s\n%s", sinks.frame_table.format().c_str(), sinks.times.format().c_str());
   const std::size_t confirmed = sinks.track_table.count();
   if (confirmed > 0) {
@@ -261,7 +258,8 @@ void print_result(const RunOptions& options, const Config& config, const Session
                 share_text(sinks.counts.frames_with_ego(), sinks.counts.frames()).c_str());
   if (const std::string why = io::why_partial(config.input); !why.empty())
     std::printf("note: this log is partial: %s\n", why.c_str());
-  if (!stream_note.empty()) std::printf("note: %s\n", printable(stream_note).c_str());
+  for (const std::string& note : input_notes)
+    if (!note.empty()) std::printf("note: %s\n", printable(note).c_str());
   lines.print(config.rig);
   print_notes(sinks.counts, session);
   if (sinks.counts.frames_with(OVT_FLAG_EGO_OFF_MAP) > 0 && !is_wrong_map(sinks.counts))
@@ -328,11 +326,12 @@ int run(const RunOptions& options) {
   if (!interrupted()) {
     guard.keep(false);  // an option without effect: the results are not what the user asked for
     check_effects(options, config, session, sinks);
+    guard.remove_leftovers(options.out, PictureSink::kNameBegin, ".png");  // of another run's --picture-at
     guard.commit();
   } else {
     guard.keep();
   }
-  if (!options.quiet) print_result(options, config, session, sinks, lines, stream->note());
+  if (!options.quiet) print_result(options, config, session, sinks, lines, {stream->note(), frames.note()});
   if (live) {
     live->view.drain(std::chrono::seconds(1));
     const auto counts = live->view.counts();
@@ -377,7 +376,7 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   command.add_option("--allow-origin", options.allow_origins,
                      "ORIGIN (https://app.foxglove.dev): pages of this site may connect to --live, too");
   command.add_option("--rate", options.rate, "of time, for --live: 1 real time, 0.5 half of it (default: no limit)")
-      ->check(CLI::Range(0.001, 1000.0));
+      ->check(in_range(0.001, 1000.0));
   command.add_option("--workers", options.workers, "threads; 1: the main thread only (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
   command.add_flag("--stream", options.stream,

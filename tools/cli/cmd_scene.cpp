@@ -29,7 +29,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("--frames", options.frames, "number of frames, 50 ms each")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  command.add_option("--seed", options.seed, "seed of everything random")->capture_default_str();
+  command.add_option("--seed", options.seed, "seed of everything random")->check(whole_number())->capture_default_str();
   add_force_option(command, options.force);
 }
 

@@ -101,7 +101,7 @@ int simulate(const SimulateOptions& options) {
     return kInterrupted;
   }
   if (!is_mcap)  // of another race: scans of a longer or an interrupted one, map and poses that this one lacks
-    for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard.remove_leftovers(options.out, ending);
+    for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard.remove_leftovers(options.out, "", ending);
   guard.commit();
   if (options.quiet) return 0;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -127,9 +127,9 @@ void add_simulate_options(CLI::App& command, SimulateOptions& options) {
                                       "folder for pictures of one moment: from above, and of each sensor's scan");
   command.add_option("--picture-at", options.picture_at, "the moment in seconds (default: half-way)")
       ->needs(pictures)
-      ->check(CLI::Range(0.0, 36000.0));
-  command.add_option("--seed", options.seed, "seed of everything random")->capture_default_str();
-  command.add_option("--seconds", options.seconds, "end earlier")->check(CLI::Range(0.05, 36000.0));
+      ->check(in_range(0.0, 36000.0));
+  command.add_option("--seed", options.seed, "seed of everything random")->check(whole_number())->capture_default_str();
+  command.add_option("--seconds", options.seconds, "end earlier")->check(in_range(0.05, 36000.0));
   command.add_option("--ego", options.ego, "the car that carries the sensors");
   command.add_option("--pattern", options.pattern, "another distribution of the lines over the field of view")
       ->check(CLI::IsMember({"uniform", "gaussian", "horizon_dense"}));
@@ -140,7 +140,7 @@ void add_simulate_options(CLI::App& command, SimulateOptions& options) {
   command
       .add_option("--progress", options.progress_s,
                   "interval in seconds of progress lines instead of the bar, also with --quiet")
-      ->check(CLI::Range(0.0, 36000.0));
+      ->check(in_range(0.0, 36000.0));
 }
 
 }  // namespace

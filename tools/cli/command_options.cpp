@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/command_options.h"
 
+#include <charconv>
+
 #include "tools/io/formats.h"
 #include "tools/io/rig.h"
 #include "tools/io/text.h"
@@ -59,6 +61,28 @@ void add_quiet_option(CLI::App& command, bool& quiet) { command.add_flag("--quie
 
 void add_json_option(CLI::App& command, bool& json) {
   command.add_flag("--json", json, "one JSON object instead of text (its keys: tools/README.md)");
+}
+
+CLI::Validator in_range(double low, double high) {
+  const auto check = [low, high](const std::string& text) {
+    double value = 0;
+    if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return std::string();
+    std::string wrong = "Value " + text + " not in range ";
+    io::append_number(wrong, low);
+    io::append_number(wrong += " to ", high);
+    return wrong;
+  };
+  return CLI::Validator(check, CLI::Range(low, high).get_description());
+}
+
+CLI::Validator whole_number() {
+  const auto check = [](const std::string& text) {
+    uint64_t value = 0;
+    const char* end = text.data() + text.size();
+    const auto [last, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc() && last == end ? std::string() : "Value " + text + " is not a whole number from 0 on";
+  };
+  return CLI::Validator(check, "");
 }
 
 }  // namespace overtake::cli

@@ -27,5 +27,9 @@ void add_detector_options(CLI::App& command, Options& options);
 void add_force_option(CLI::App& command, bool& force);
 void add_quiet_option(CLI::App& command, bool& quiet);
 void add_json_option(CLI::App& command, bool& json);
+// A number within the limits; CLI::Range takes NaN as such a one, too.
+CLI::Validator in_range(double low, double high);
+// For an option of type uint64_t: CLI11 reads -1 as 2^64 - 1, and anything larger as well.
+CLI::Validator whole_number();
 
 }  // namespace overtake::cli

@@ -63,8 +63,9 @@ class ViewFrames : public FrameSink {
 // Draws one frame from above: FOLDER/frame_NUMBER.png.
 class PictureSink : public FrameSink {
  public:
+  static constexpr const char* kNameBegin = "frame_";
   PictureSink(int64_t number, const std::string& folder, const Config& config)
-      : number_(number), path_(folder + "/frame_" + std::to_string(number) + ".png"), config_(config) {}
+      : number_(number), path_(folder + "/" + kNameBegin + std::to_string(number) + ".png"), config_(config) {}
   void add(const FinishedFrame& frame) override;
   bool reads_paths() const override { return true; }
   bool drew() const { return drew_; }

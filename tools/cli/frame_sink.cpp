@@ -4,12 +4,29 @@
 
 #include "tools/client/session.h"
 #include "tools/io/box_file.h"
+#include "tools/io/error.h"
+#include "tools/io/words.h"
 
 namespace overtake::cli {
 
+// The box is only shown, so an odd one ends no run.
+std::optional<io::Box> FrameSinks::read_box(const io::FrameScans& frame) {
+  try {
+    return io::read_box_beside(frame);
+  } catch (const io::Error& error) {
+    if (odd_boxes_++ == 0) first_odd_box_ = error.what();
+    return std::nullopt;
+  }
+}
+
+std::string FrameSinks::note() const {
+  if (odd_boxes_ == 0) return "";
+  return io::counted(odd_boxes_, "box", "boxes") + " of the opponent could not be read; the first: " + first_odd_box_;
+}
+
 void FrameSinks::announce(const io::FrameScans& frame) {
   const std::lock_guard lock(mutex_);
-  const Announced announced{frame.frame, frame.opponent ? frame.opponent : io::read_box_beside(frame), frame.cars};
+  const Announced announced{frame.frame, frame.opponent ? frame.opponent : read_box(frame), frame.cars};
   for (const io::SensorScan& scan : frame.scans) announced_[scan.stamp_ns] = announced;
 }
 

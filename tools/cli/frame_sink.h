@@ -9,6 +9,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pipeline/overtake.h"
@@ -49,6 +50,8 @@ class FrameSinks {
   void announce(const io::FrameScans& frame);
   static void on_frame(ovt_reader* reader, void* self);  // an ovt_frame_fn
   void rethrow_failure();                                // throws the stored exception, if any
+  // The box files that could not be read, in words: their frames show no opponent; "": none.
+  std::string note() const;
   void finish();
 
   // Runs `work`; no sink gets a frame meanwhile.
@@ -65,12 +68,15 @@ class FrameSinks {
     std::vector<io::KnownCar> cars;
   };
   void add(ovt_reader* reader);
+  std::optional<io::Box> read_box(const io::FrameScans& frame);
 
   std::vector<FrameSink*> sinks_;
   bool reads_paths_ = false;
   std::mutex mutex_;
   std::map<int64_t, Announced> announced_;  // by stamp
   std::exception_ptr failure_;
+  int64_t odd_boxes_ = 0;
+  std::string first_odd_box_;
 };
 
 }  // namespace overtake::cli

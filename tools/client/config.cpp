@@ -90,8 +90,7 @@ void read_rig_key(Config& config, io::TomlReader& reader) {
     config.rig = io::load_rig(builtin ? rig : paths_beside(reader.path(), rig));
     return;
   }
-  const auto tables = reader.tables("rig");
-  io::TomlReader part(reader.path(), *tables[0], "rig");
+  io::TomlReader part(reader.path(), *reader.only_table("rig"), "rig");
   config.rig = io::read_rig(part);
 }
 
@@ -103,7 +102,7 @@ bool read_params(Config& config, io::TomlReader& reader) {
     const bool known =
         std::any_of(all.begin(), all.end(), [&](const auto& info) { return group_of(info.name) == group; });
     if (!known) continue;  // finish() reports it
-    io::TomlReader part(reader.path(), *reader.tables(group)[0], group);
+    io::TomlReader part(reader.path(), *reader.only_table(group), group);
     for (const std::string& key : part.unread()) {
       const std::string name = group + "." + key;
       if (std::none_of(all.begin(), all.end(), [&](const auto& info) { return name == info.name; })) continue;

@@ -24,7 +24,8 @@ std::string read_map_text(const std::string& path) {
 }  // namespace
 
 // Reads the recording twice: first the poses, because a scan needs later poses, too; then the scans.
-OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std::string& map_file) : rig_(rig) {
+OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std::string& map_file)
+    : path_(path), rig_(rig) {
   const std::unique_ptr<io::BagReader> bag = io::open_bag(path);
   const io::TopicRoles roles = io::find_topic_roles(bag->topics(), rig);
   if (roles.ego < 0 || roles.opponent < 0)
@@ -34,7 +35,12 @@ OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std:
   io::BagMessage message;
   while (bag->next(message)) {
     if (message.topic != roles.ego && message.topic != roles.opponent) continue;
-    const io::EgoRow row = io::ego_of_odometry(io::decode_odometry(message.data));
+    io::EgoRow row;
+    try {
+      row = io::ego_of_odometry(io::decode_odometry(message.data));
+    } catch (const std::runtime_error& error) {
+      throw io::Error(path + ": message " + std::to_string(message.number), 0, error.what());
+    }
     if (!io::is_finite(row)) continue;
     (message.topic == roles.ego ? ego_ : opponent_).add(row);
     if (message.topic == roles.ego && (poses_.empty() || poses_.back().row.stamp_ns < row.stamp_ns))
@@ -50,7 +56,9 @@ OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std:
 
 bool OdometryLog::next(LogFrame& out) {
   out = LogFrame();
-  return stream_->next(out.scans);
+  const bool more = stream_->next(out.scans);
+  if (stream_->lost_count() > 0) throw io::Error(path_, 0, stream_->first_loss());  // numbers of all frames, or none
+  return more;
 }
 
 std::vector<CarTruth> OdometryLog::cars_at(int64_t stamp_ns) const {

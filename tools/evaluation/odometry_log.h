@@ -29,6 +29,7 @@ class OdometryLog : public TruthLog {
   std::vector<CarTruth> cars_at(int64_t stamp_ns) const override;
 
  private:
+  const std::string path_;
   const io::Rig rig_;
   std::string map_text_;
   std::map<std::string, std::string> about_;

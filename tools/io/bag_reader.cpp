@@ -10,6 +10,7 @@
 #include "tools/io/error.h"
 #include "tools/io/formats.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::io {
 namespace {
@@ -21,12 +22,22 @@ class SplitBag : public BagReader {
  public:
   explicit SplitBag(std::vector<std::string> files) : files_(std::move(files)) {
     for (const std::string& file : files_) {
-      const auto part = open_bag(file);
+      std::unique_ptr<BagReader> part;
+      try {
+        part = open_bag(file);
+      } catch (const Error& error) {
+        // A recorder that was stopped hard leaves an empty or a cut last file.
+        if (file != files_.back()) throw;
+        damage_of_end_ = error.what();
+        break;
+      }
       for (const BagTopic& topic : part->topics())
         if (find(topic.name) < 0) topics_.push_back(topic);
       if (damage_of_search_.empty() && !part->damage_of_search().empty())
         damage_of_search_ = file + ": " + part->damage_of_search();
     }
+    if (!damage_of_end_.empty()) files_.pop_back();
+    if (damage_of_search_.empty()) damage_of_search_ = damage_of_end_;
     open();
   }
 
@@ -49,6 +60,7 @@ class SplitBag : public BagReader {
       ++at_;
       open();
     }
+    damage_ = damage_of_end_;
     return false;
   }
 
@@ -57,7 +69,7 @@ class SplitBag : public BagReader {
   std::string damage_of_search() const override { return damage_of_search_; }
   double progress() const override { return part_ ? (double(at_) + part_->progress()) / double(files_.size()) : 1.0; }
   std::string describe() const override {
-    return std::to_string(files_.size()) + " files, " + (part_ ? part_ : open_bag(files_.back()))->describe();
+    return counted(int64_t(files_.size()), "file") + ", " + (part_ ? part_ : open_bag(files_.back()))->describe();
   }
 
  private:
@@ -74,6 +86,7 @@ class SplitBag : public BagReader {
   std::size_t at_ = 0;
   uint64_t number_ = 0;
   std::string damage_, damage_of_search_;
+  std::string damage_of_end_;  // why the last file cannot be opened
 };
 
 // Files of a rosbag2 folder: race_2.db3 before race_10.db3.

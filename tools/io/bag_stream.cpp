@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <utility>
 
@@ -18,6 +19,8 @@ namespace overtake::io {
 namespace {
 
 constexpr std::size_t kMostWaiting = 64;  // frames held for an ego pose that may never come
+constexpr double kLate_s = 0.5;           // a scan that comes so late still finds its frame; the tracker's limit, too
+constexpr int64_t kMostUnreadable = 100;  // messages at the start of a topic
 constexpr std::size_t kMostPoses = 4096;
 
 // The text that the * of a pattern matches in a topic; nothing if the pattern does not match.
@@ -148,7 +151,11 @@ EgoRow ego_of_odometry(const Odometry& o) {
           angles.pitch_rad,  angles.yaw_rad, o.vx_mps,   o.wz_rps};
 }
 
-BagStream::BagStream(const std::string& path, const Rig& rig) : path_(path), rig_(rig), bag_(open_bag(path)) {
+BagStream::BagStream(const std::string& path, const Rig& rig)
+    : path_(path),
+      rig_(rig),
+      bag_(open_bag(path)),
+      held_(std::min(kMostWaiting, std::size_t(std::ceil(kLate_s / rig.period_s)))) {
   roles_ = find_topic_roles(bag_->topics(), rig_);
   if (std::all_of(roles_.sensor_of.begin(), roles_.sensor_of.end(), [](int32_t s) { return s < 0; })) {
     std::vector<std::string> looked;
@@ -164,11 +171,14 @@ BagStream::BagStream(const std::string& path, const Rig& rig) : path_(path), rig
 
 void BagStream::add_scan(SensorScan scan) {
   const auto half = uint64_t(rig_.period_ns() / 2);
-  FrameScans* open = frames_.empty() ? nullptr : &frames_.back();
-  const bool joins = open && distance_ns(scan.stamp_ns, open->scans[0].stamp_ns) <= half &&
-                     std::none_of(open->scans.begin(), open->scans.end(),
-                                  [&](const SensorScan& other) { return other.sensor == scan.sensor; });
-  if (!joins) {
+  const auto joins = [&](const FrameScans& frame) {
+    return distance_ns(scan.stamp_ns, frame.scans[0].stamp_ns) <= half &&
+           std::none_of(frame.scans.begin(), frame.scans.end(),
+                        [&](const SensorScan& other) { return other.sensor == scan.sensor; });
+  };
+  const auto newest = std::find_if(frames_.rbegin(), frames_.rend(), joins);
+  FrameScans* open = newest == frames_.rend() ? nullptr : &*newest;
+  if (!open) {
     frames_.emplace_back();
     open = &frames_.back();
     open->frame = next_frame_++;
@@ -182,20 +192,36 @@ void BagStream::add_scan(SensorScan scan) {
 bool BagStream::read_message() {
   BagMessage message;
   if (ended_ || !bag_->next(message)) {
-    if (!ended_) damage_ = bag_->damage();
+    if (ended_) return false;
     ended_ = true;
+    damage_ = bag_->damage();
+    for (const auto& [topic, reads] : reads_)
+      if (reads.lost == reads.messages) refuse_unreadable(topic);
     return false;
   }
   const std::string beyond = beyond_memory(waiting_bytes_ + ego_rows_ * sizeof(EgoRow), "scans and poses in work");
   if (!beyond.empty()) throw Error(path_, 0, beyond);
   const auto topic = std::size_t(message.topic);
-  const std::string place = path_ + ": message " + std::to_string(message.number) + " on " + bag_->topics()[topic].name;
+  const int32_t sensor = topic < roles_.sensor_of.size() ? roles_.sensor_of[topic] : -1;
+  if (sensor >= 0 || message.topic == roles_.ego) read_input(message, sensor);
+  read_truth(message);
+  return true;
+}
+
+// Leaves out a message that cannot be decoded, and counts it. Throws Error where a topic begins with many of them.
+void BagStream::read_input(const BagMessage& message, int32_t sensor) {
+  const std::string name =
+      "message " + std::to_string(message.number) + " on " + bag_->topics()[std::size_t(message.topic)].name;
+  const std::string place = path_ + ": " + name;
+  TopicReads& reads = reads_[message.topic];
+  ++reads.messages;
   try {
-    const int32_t sensor = topic < roles_.sensor_of.size() ? roles_.sensor_of[topic] : -1;
-    if (sensor >= 0 && !rig_.shared_cloud) add_scan(scan_of_message(place, message.data, rig_, sensor));
+    std::vector<SensorScan> scans;
+    if (sensor >= 0 && !rig_.shared_cloud) scans.push_back(scan_of_message(place, message.data, rig_, sensor));
     if (sensor >= 0 && rig_.shared_cloud)
       for (int32_t s = 0; s < int32_t(rig_.sensors.size()); ++s)
-        add_scan(scan_of_message(place, message.data, rig_, s));
+        scans.push_back(scan_of_message(place, message.data, rig_, s));
+    for (SensorScan& scan : scans) add_scan(std::move(scan));
     if (message.topic == roles_.ego) {
       const EgoRow row = ego_of_odometry(decode_odometry(message.data));
       ++ego_rows_;
@@ -203,13 +229,22 @@ bool BagStream::read_message() {
       ego_new_.push_back(row);
       if (is_finite(row)) remember(ego_, row);
     }
-    read_truth(message);
-  } catch (const Error&) {
-    throw;
   } catch (const std::runtime_error& error) {
-    throw Error(place, 0, error.what());
+    const std::string what = error.what(), head = place + ": ";
+    char log_time[64];
+    std::snprintf(log_time, sizeof log_time, " (log time %.3f s): ", double(message.log_ns) * 1e-9);
+    const std::string loss = name + log_time + (what.starts_with(head) ? what.substr(head.size()) : what);
+    if (lost_count_++ == 0) first_loss_ = loss;
+    if (reads.lost++ == 0) reads.first_loss = loss;
+    if (reads.lost == kMostUnreadable && reads.messages == kMostUnreadable) refuse_unreadable(message.topic);
   }
-  return true;
+}
+
+void BagStream::refuse_unreadable(int32_t topic) const {
+  const TopicReads& reads = reads_.at(topic);
+  throw Error(path_, 0,
+              "no message on " + bag_->topics()[std::size_t(topic)].name + " can be read, of " +
+                  std::to_string(reads.messages) + (ended_ ? "" : " so far") + "; the first: " + reads.first_loss);
 }
 
 // The method never reads the truth, so an odd message of it ends no run.
@@ -233,11 +268,12 @@ std::string BagStream::note() const {
 }
 
 bool BagStream::next(FrameScans& out) {
-  // A frame is complete when the next one has begun, and ready when the later ego poses are known.
+  // A frame is complete when the ones of the next half second have begun, because its scans may come late; it is ready
+  // when the later ego poses are known.
   const auto ready = [&] {
     if (frames_.empty()) return false;
     if (ended_) return true;
-    if (frames_.size() < 2) return false;
+    if (frames_.size() <= held_) return false;
     if (roles_.ego < 0 || frames_.size() > kMostWaiting) return true;
     int64_t last_ns = INT64_MIN;
     for (const SensorScan& scan : frames_.front().scans) last_ns = std::max(last_ns, scan.stamp_ns);

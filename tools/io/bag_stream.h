@@ -5,6 +5,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -51,9 +52,18 @@ class BagStream : public ScanStream {
   double progress() const override { return bag_->progress(); }
   bool has_ego() const override { return roles_.ego >= 0; }
   std::string note() const override;
+  int64_t lost_count() const override { return lost_count_; }
+  std::string first_loss() const override { return first_loss_; }
+  const char* lost_noun() const override { return "message"; }
 
  private:
+  struct TopicReads {
+    int64_t messages = 0, lost = 0;
+    std::string first_loss;
+  };
   bool read_message();  // false: the end
+  void read_input(const BagMessage& message, int32_t sensor);
+  void refuse_unreadable(int32_t topic) const;
   void read_truth(const BagMessage& message);
   void add_scan(SensorScan scan);
   void set_opponent(FrameScans& frame) const;
@@ -62,12 +72,14 @@ class BagStream : public ScanStream {
   const Rig rig_;
   std::unique_ptr<BagReader> bag_;
   TopicRoles roles_;
-  std::deque<FrameScans> frames_;  // the last one is still open
+  std::deque<FrameScans> frames_;  // still open, in the order of their first scans
+  const std::size_t held_;         // frames that stay open
   std::vector<EgoRow> ego_new_;
   std::deque<EgoRow> ego_, opponent_;  // those of the last seconds
   KnownCars cars_;
-  int64_t odd_truths_ = 0;
-  std::string first_odd_truth_;
+  std::map<int32_t, TopicReads> reads_;  // by topic, of those that the detector needs
+  int64_t lost_count_ = 0, odd_truths_ = 0;
+  std::string first_loss_, first_odd_truth_;
   int64_t last_ego_ns_ = INT64_MIN, next_frame_ = 0;
   uint64_t waiting_bytes_ = 0, ego_rows_ = 0;  // of frames_; total number, because the receiver keeps all
   bool ended_ = false;

@@ -25,25 +25,20 @@ struct EndStatement {
   void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
 
+uint64_t bytes_of(const std::string& path) {
+  std::error_code code;
+  const auto bytes = std::filesystem::file_size(path, code);
+  return code ? 0 : bytes;
+}
+
 class Db3Reader : public BagReader {
  public:
-  explicit Db3Reader(const std::string& path) : path_(path) {
+  explicit Db3Reader(const std::string& path) : path_(path), log_(path + "-wal") {
     refuse_special_file(path);
     sqlite3_hard_heap_limit64(int64_t(memory_limit()));  // of the process
-    sqlite3* raw = nullptr;
-    const int code = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
-    db_.reset(raw);
-    if (code != SQLITE_OK) fail("cannot be opened");
-    // Untrusted file: SQLite must not run code in its schema. WRITABLE_SCHEMA makes SQLite read a truncated file up to
-    // its end; nothing can write the schema, because the file is open for reading only.
-    sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-    sqlite3_db_config(raw, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
-    // A view in place of a table could compute for ever.
-    sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
-    sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, int(std::min<uint64_t>(1 << 30, memory_limit() / 4)));
-    std::error_code size_code;
-    const auto bytes = std::filesystem::file_size(path, size_code);
-    row_limit_ = size_code ? 1 : bytes / 4;  // a row takes more; the limit ends loops in the tree
+    open(path, 0);
+    if (needs_shared_memory()) open_unchanging();
+    row_limit_ = (bytes_of(path_) + bytes_of(log_)) / 4;  // a row takes more; the limit ends loops in the tree
     read_topics();
     messages_ = prepare("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id");
     last_id_ = largest_id();
@@ -84,6 +79,41 @@ class Db3Reader : public BagReader {
     throw Error(path_, 0, what + ": SQLite says " + (db_ ? sqlite3_errmsg(db_.get()) : "out of memory"));
   }
 
+  void open(const std::string& name, int name_kind) {
+    sqlite3* raw = nullptr;
+    const int code =
+        sqlite3_open_v2(name.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX | name_kind, nullptr);
+    db_.reset(raw);
+    if (code != SQLITE_OK) fail("cannot be opened");
+    // Untrusted file: SQLite must not run code in its schema. WRITABLE_SCHEMA makes SQLite read a truncated file up to
+    // its end; nothing can write the schema, because the file is open for reading only.
+    sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+    sqlite3_db_config(raw, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
+    // A view in place of a table could compute for ever.
+    sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+    sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, int(std::min<uint64_t>(1 << 30, memory_limit() / 4)));
+  }
+
+  // A file in WAL mode: SQLite wants to make NAME.db3-shm beside it, and cannot.
+  bool needs_shared_memory() {
+    sqlite3_stmt* raw = nullptr;
+    const int code = sqlite3_prepare_v2(db_.get(), "SELECT id FROM topics", -1, &raw, nullptr);
+    sqlite3_finalize(raw);
+    return code == SQLITE_CANTOPEN || code == SQLITE_READONLY;
+  }
+
+  // Reads the file as one that nobody writes: without locks, and without its write-ahead log, which must be empty.
+  void open_unchanging() {
+    if (bytes_of(log_) > 0)
+      throw Error(path_, 0,
+                  "is in SQLite's WAL mode, and a part of it is still in " + log_ +
+                      ": SQLite must write beside the file to read both. Copy them to a folder that can be written");
+    std::string name = "file://";
+    for (const char c : std::filesystem::absolute(path_).string())
+      name += c == '%' ? "%25" : c == '?' ? "%3f" : c == '#' ? "%23" : std::string(1, c);
+    open(name + "?immutable=1", SQLITE_OPEN_URI);
+  }
+
   bool stop(const std::string& what) {
     damage_ = "damaged after message " + std::to_string(number_) + ": " + what;
     return false;
@@ -119,7 +149,7 @@ class Db3Reader : public BagReader {
     return sqlite3_step(row.get()) == SQLITE_ROW ? sqlite3_column_int64(row.get(), 0) : 0;
   }
 
-  std::string path_, damage_;
+  std::string path_, log_, damage_;  // log_: SQLite's write-ahead log, where the file has one
   std::unique_ptr<sqlite3, CloseDb> db_;
   std::unique_ptr<sqlite3_stmt, EndStatement> messages_;
   std::vector<BagTopic> topics_;

@@ -251,7 +251,7 @@ void OutputGuard::clear(const std::string& folder) {
   if (code) throw Error(folder, 0, "cannot be emptied: " + code.message());
 }
 
-void OutputGuard::remove_leftovers(const std::string& path, std::string_view ending) {
+void OutputGuard::remove_leftovers(const std::string& path, std::string_view beginning, std::string_view ending) {
   const std::lock_guard lock(mutex_);
   std::error_code code;
   const std::string place = fs::canonical(path, code).string();
@@ -264,7 +264,8 @@ void OutputGuard::remove_leftovers(const std::string& path, std::string_view end
     const std::string file = at->path().string(), name = at->path().filename().string();
     if (replaced.contains(file) || !fs::is_regular_file(at->symlink_status(code))) continue;
     const auto known = folder->files.find(name);
-    const bool old_result = name.ends_with(ending) && known != folder->files.end() && known->second == digest(file);
+    const bool named_so = name.starts_with(beginning) && name.ends_with(ending);
+    const bool old_result = named_so && known != folder->files.end() && known->second == digest(file);
     std::string which;
     if ((old_result || name.ends_with(kPartSuffix)) && !is_input(file, which)) leftovers.push_back(name);
   }

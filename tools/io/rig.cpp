@@ -79,8 +79,9 @@ RigSensor read_sensor(TomlReader& reader) {
 
 Capacities read_capacities(TomlReader& reader) {
   Capacities capacities;
-  if (!reader.has("capacities")) return capacities;
-  TomlReader part(reader.path(), *reader.tables("capacities")[0], "capacities");
+  const toml::table* table = reader.only_table("capacities");
+  if (!table) return capacities;
+  TomlReader part(reader.path(), *table, "capacities");
   for (const CapacityKey& key : kCapacityKeys)
     if (part.has(key.name)) capacities.*key.rows = int32_t(part.integer(key.name, 1, key.most));
   part.finish();
@@ -104,8 +105,8 @@ Rig read_rig(TomlReader& reader) {
   rig.cloud_in_vehicle_frame = frame == "vehicle";
   rig.shared_cloud = reader.boolean_or("shared_cloud", false);
   rig.time_unit = read_time_unit(reader);
-  if (reader.has("topics")) {
-    TomlReader topics(reader.path(), *reader.tables("topics")[0], "topics");
+  if (const toml::table* table = reader.only_table("topics")) {
+    TomlReader topics(reader.path(), *table, "topics");
     rig.ego_topics = read_topics(topics, "ego");
     rig.opponent_topics = read_topics(topics, "opponent");
     topics.finish();

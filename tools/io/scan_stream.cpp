@@ -6,6 +6,7 @@
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
 #include "tools/io/recording.h"
+#include "tools/io/words.h"
 
 namespace overtake::io {
 namespace {
@@ -43,6 +44,11 @@ class FolderStream : public ScanStream {
 };
 
 }  // namespace
+
+std::string ScanStream::losses() const {
+  if (lost_count() == 0) return "";
+  return counted(lost_count(), lost_noun()) + " could not be read, the others are done; the first: " + first_loss();
+}
 
 std::unique_ptr<ScanStream> open_scans(const std::string& path, const Rig& rig) {
   if (is_bag(path)) return std::make_unique<BagStream>(path, rig);

@@ -30,9 +30,12 @@ class ScanStream {
   virtual bool has_ego() const { return false; }  // whether take_ego may return any
   // What could not be read so far and changes no result, in words; "": nothing.
   virtual std::string note() const { return ""; }
-  // Number of files that were unreadable and left out; the error of the first one.
+  // Number of files or messages that were unreadable and left out; the error of the first one.
   virtual int64_t lost_count() const { return 0; }
   virtual std::string first_loss() const { return ""; }
+  virtual const char* lost_noun() const { return "file"; }
+  // "2 files could not be read, the others are done; the first: ..."; "": all could be read.
+  std::string losses() const;
 };
 
 // Throws Error: the path is missing, has no known format, or has no scan of the rig's sensors.

@@ -160,6 +160,13 @@ std::vector<const toml::table*> TomlReader::tables(const std::string& key) {
   return out;
 }
 
+const toml::table* TomlReader::only_table(const std::string& key) {
+  const std::vector<const toml::table*> found = tables(key);
+  if (found.size() > 1)
+    fail(int64_t(found[1]->source().begin.line), "a second table [[" + key + "]]: only one is read, as [" + key + "]");
+  return found.empty() ? nullptr : found[0];
+}
+
 std::vector<std::string> TomlReader::unread() const {
   std::vector<std::pair<toml::source_position, std::string>> keys;
   for (const auto& [key, node] : table_)

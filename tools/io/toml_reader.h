@@ -51,6 +51,8 @@ class TomlReader {
 
   // Tables of an array of tables ([[key]]), or of one table; empty when the key is missing.
   std::vector<const toml::table*> tables(const std::string& key);
+  // The table of a key, nullptr when the key is missing. A second [[key]] is an error: nobody would read it.
+  const toml::table* only_table(const std::string& key);
 
   // Keys in file order that were not read yet.
   std::vector<std::string> unread() const;

@@ -95,7 +95,7 @@ py::dict simulate(const std::string& scenario_name, uint64_t seed, const std::st
     }
     log->close("");
     if (!is_mcap)
-      for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard.remove_leftovers(out, ending);
+      for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard.remove_leftovers(out, "", ending);
     guard.commit();
   }
   py::dict made;

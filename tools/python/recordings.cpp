@@ -138,11 +138,7 @@ class RigReader : public ScanReader {
     scans_.pop_front();
     return true;
   }
-  std::string damage() const override {
-    if (!stream_->damage().empty()) return stream_->damage();
-    if (stream_->lost_count() == 0) return "";
-    return io::counted(stream_->lost_count(), "file") + " could not be read; the first: " + stream_->first_loss();
-  }
+  std::string damage() const override { return stream_->damage().empty() ? stream_->losses() : stream_->damage(); }
   py::list sensors() const override {
     py::list names;
     for (const io::RigSensor& sensor : config_.rig.sensors) names.append(sensor.name);

@@ -134,9 +134,7 @@ class Run {
   void finish() {
     if (std::exchange(finished_, true)) return;
     if (!damage_.empty()) warn_of_damage(config_.input + ": " + damage_ + "; the frames are those before it");
-    if (stream_->lost_count() > 0)
-      warn_of_damage(config_.input + ": " + io::counted(stream_->lost_count(), "file") +
-                     " could not be read, the others are done; the first: " + stream_->first_loss());
+    if (stream_->lost_count() > 0) warn_of_damage(config_.input + ": " + stream_->losses());
     if (2 * off_map_ > frames_)
       warn_of_damage(config_.map + ": the ego vehicle is outside of this map in " + std::to_string(off_map_) + " of " +
                      std::to_string(frames_) + " frames: map and poses are of different courses");

@@ -32,8 +32,9 @@ void read_table(NodeOptions& options, const std::string& config_file) {
   const std::string text = io::read_whole_file(config_file, io::kMostToml);
   const toml::table table = io::parse_toml(config_file, text);
   io::TomlReader whole(config_file, table);
-  if (!whole.has("node")) return;
-  io::TomlReader reader(config_file, *whole.tables("node")[0], "node");
+  const toml::table* node = whole.only_table("node");
+  if (!node) return;
+  io::TomlReader reader(config_file, *node, "node");
   const auto take = [&](const char* key, std::string& value) {
     const std::string from_file = reader.text_or(key, "");
     if (value.empty()) value = from_file;

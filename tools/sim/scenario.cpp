@@ -266,8 +266,14 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
       read(reader);
     }
   };
-  for_each("sensors", [&](TomlReader& reader) { read_sensors(scenario, reader); });
-  for_each("localisation", [&](TomlReader& reader) { read_localisation(scenario.localisation, reader); });
+  if (const toml::table* table = toml.only_table("sensors")) {
+    TomlReader reader(path, *table, "sensors");
+    read_sensors(scenario, reader);
+  }
+  if (const toml::table* table = toml.only_table("localisation")) {
+    TomlReader reader(path, *table, "localisation");
+    read_localisation(scenario.localisation, reader);
+  }
   for_each("car", [&](TomlReader& reader) {
     scenario.cars.push_back(read_car(reader));
     if (scenario.find_car(scenario.cars.back().name) != int32_t(scenario.cars.size()) - 1)
