@@ -21,7 +21,7 @@ namespace overtake {
 struct EgoPose {
   int64_t stamp_ns = 0;
   double x_m = 0, y_m = 0, z_m = 0, roll_rad = 0, pitch_rad = 0, yaw_rad = 0, speed_mps = 0, yaw_rate_rps = 0;
-  bool has_attitude = true;  // false: roll and pitch are those of the map's banking (BankAttitude)
+  bool has_attitude = true;  // false: nothing measured roll and pitch (BankAttitude)
 };
 
 // Pose at one time, with T_map_vehicle as a matrix.

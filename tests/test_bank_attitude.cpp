@@ -64,30 +64,39 @@ TEST_CASE("bank attitude: a pose without roll and pitch stands on the banked roa
     }
 }
 
-TEST_CASE("bank attitude: other poses stay as they are") {
-  const CircleRoad road = banked_road(kBank), untold = banked_road(kBank, false), level = banked_road(0.04);
-  const auto stays = [](const CircleRoad* on, const EgoPose& pose) {
+TEST_CASE("bank attitude: on a map without banking, and beside the circuit, a pose in the plane stays level") {
+  const CircleRoad road = banked_road(kBank), untold = banked_road(kBank, false);
+  const auto is_level = [](const CircleRoad* on, const EgoPose& pose) {
     BankAttitude attitude;
     attitude.build(on ? &on->map : nullptr);
     const EgoPose found = attitude.complete(pose);
-    return found.has_attitude && found.roll_rad == pose.roll_rad && found.pitch_rad == pose.pitch_rad;
+    CHECK_FALSE(found.has_attitude);
+    return found.roll_rad == 0.0 && found.pitch_rad == 0.0;
   };
   const EgoPose on_line = flat(road.pose_at(700.0, 0.0));
-  CHECK_FALSE(stays(&road, on_line));
-  CHECK(stays(nullptr, on_line));
-  CHECK(stays(&untold, on_line));  // the map has no banking
-  CHECK(stays(&level, on_line));
-  CHECK(stays(&road, flat(road.pose_at(700.0, CircleRoad::kWidthLeft_m + 1.5))));  // the apron is level
-  CHECK_FALSE(stays(&road, flat(road.pose_at(700.0, CircleRoad::kWidthLeft_m + 0.5))));
-  EgoPose measured = on_line;
-  measured.roll_rad = -0.001;
-  CHECK(stays(&road, measured));
-  measured = on_line;
-  measured.pitch_rad = 0.001;
-  CHECK(stays(&road, measured));
-  measured = on_line;
-  measured.x_m = 1e9;  // no place of the map
-  CHECK(stays(&road, measured));
+  CHECK_FALSE(is_level(&road, on_line));
+  CHECK(is_level(nullptr, on_line));
+  CHECK(is_level(&untold, on_line));
+  CHECK(is_level(&road, flat(road.pose_at(700.0, CircleRoad::kWidthLeft_m + 1.5))));  // the apron is level
+  CHECK_FALSE(is_level(&road, flat(road.pose_at(700.0, CircleRoad::kWidthLeft_m + 0.5))));
+  EgoPose far = on_line;
+  far.x_m = 1e9;  // no place of the map
+  CHECK(is_level(&road, far));
+}
+
+TEST_CASE("bank attitude: a measured attitude stays, and any before the poses are looked at") {
+  const CircleRoad road = banked_road(kBank);
+  BankAttitude attitude;
+  EgoPose level = flat(road.pose_at(700.0, 0.0)), rolled = level, pitched = level;
+  rolled.roll_rad = -0.001, pitched.pitch_rad = 0.001;
+  CHECK(attitude.complete(level).has_attitude);
+  attitude.build(&road.map);
+  for (const EgoPose& pose : {rolled, pitched}) {
+    const EgoPose found = attitude.complete(pose);
+    CHECK(found.has_attitude);
+    CHECK(found.roll_rad == pose.roll_rad);
+    CHECK(found.pitch_rad == pose.pitch_rad);
+  }
 }
 
 TEST_CASE("bank attitude: between two poses there is an attitude if both have one") {

@@ -297,6 +297,20 @@ Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleR
   return scan_of(sensor, surface, box_x_m);
 }
 
+TEST_CASE("guess_road: without a measured attitude neither the map nor the own way tells the road, the scan does") {
+  const SensorModel sensor = make_sensor(kMountings[0], 240);
+  const CircleRoad road = rising_bank(true, true);
+  RoadData of_map = first_look(road, 120.0), way = drive_without_map(road, 220.0);
+  way.ego.pose.has_attitude = false;
+  RoadData none = way;
+  none.way_count = 0;
+  CHECK(Sampled(way, sensor).offset_m == Sampled(none, sensor).offset_m);
+  const Scan scan = scan_of_road(sensor, of_map, road);
+  of_map.ego.pose.has_attitude = false, of_map.has_expected = false;
+  std::fill_n(of_map.known, RoadData::kStations, false);  // as the height profile does
+  CHECK(worst_on_road(Sampled(of_map, sensor, scan), of_map, road, 60.0) < 0.3);
+}
+
 TEST_CASE("guess_road: for a vehicle that faces against the map, the road bends to the other side") {
   const SensorModel sensor = make_sensor(kMountings[0], 120);
   const CircleRoad road = rising_bank(true, false);

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The attitude of an ego pose that has none: a localisation in the plane gives x, y and yaw. On a bank of 20 deg a
-// vehicle without roll contradicts the map, which is banked there, and what is 10 m beside it is 0.6 m elsewhere.
+// Ego poses of a localisation in the plane: x, y and yaw, and zeros for the rest. They tell nothing of the road's
+// heights, and on a bank of 20 deg what is 10 m beside a vehicle without roll lies 0.6 m elsewhere on the map.
 #pragma once
 
 #include <cstdint>
@@ -18,14 +18,18 @@ bool is_on_road(const MapProjection& at) noexcept;
 // Belongs to the producer of the poses.
 class BankAttitude {
  public:
-  // The map must stay in memory. Null, or a map without banking: each pose stays as it is.
-  void build(const CircuitMap* map) noexcept { map_ = map && map->has_banking() ? map : nullptr; }
+  // From now on poses are looked at. The map must stay in memory; null: none.
+  void build(const CircuitMap* map) noexcept {
+    is_built_ = true;
+    map_ = map && map->has_banking() ? map : nullptr;
+  }
 
-  // A pose on the circuit whose roll and pitch are 0 where the map's cross slope is more than 0.05 gets the attitude of
-  // a vehicle that stands there, and has_attitude false: its height may be that of a plane, too.
+  // A pose whose roll and pitch are 0 has no attitude: has_attitude becomes false. On the circuit of a map with banking
+  // it gets roll and pitch of a vehicle that stands there. Any other pose stays as it is.
   EgoPose complete(const EgoPose& pose) noexcept;
 
  private:
+  bool is_built_ = false;
   const CircuitMap* map_ = nullptr;
   int32_t hint_ = -1;
 };

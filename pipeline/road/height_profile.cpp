@@ -262,6 +262,11 @@ void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int6
   double sine, cosine;
   sin_cos_f64(at.heading_rad, sine, cosine);
   road.faces_along = road.ego.r[0] * cosine + road.ego.r[3] * sine >= 0.0;
+  if (!road.ego.pose.has_attitude) {  // nor heights: the road is as the scan shows it
+    std::fill_n(road.known, RoadData::kStations, false);
+    road.has_expected = false;
+    return;
+  }
   const Place here = place_of(road.ego, at);
   // The heights of two laps may differ by the drift of the localisation. The ego vehicle's height now, against that of
   // an earlier lap at the same place, corrects the part that was driven in an earlier lap.

@@ -342,7 +342,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     if (has_line) sample_stations<false>(road, line, axes, origin_m, known);
     if (!std::all_of(known.known, known.known + here, [](bool is_known) { return is_known; })) {
       if (!fitted && expects) expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kMap, shape);
-      if (!fitted && !expects && road.has_pose) expect_way(road, shape);
+      if (!fitted && !expects && road.has_pose && road.ego.pose.has_attitude) expect_way(road, shape);
       if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
       fitted = true;
       sample_shape(axes, shape, guess);
