@@ -56,6 +56,7 @@ void Detector::drop_owner() {
 
 bool Detector::enter() {
   const bool mine = calling_back != this && (!inline_ || !inside_.exchange(true, std::memory_order_acquire));
+  if (!mine) counters_.refused.fetch_add(1, std::memory_order_relaxed);
   if (!mine && !reported_wrong_thread_.exchange(true, std::memory_order_relaxed))
     log(OVT_LOG_ERROR, calling_back == this ? "on_frame called something other than ovt_read_...: refused"
                                             : "worker_count 1: a second thread called while one was inside");

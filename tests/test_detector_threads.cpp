@@ -71,12 +71,14 @@ TEST_CASE("detector threads: with worker_count 1 a second thread during a call i
   CHECK(ovt_advance(bench.detector, INT64_MAX) == OVT_WRONG_THREAD);
   CHECK(ovt_flush(bench.detector) == OVT_WRONG_THREAD);
   CHECK(bench.stats().pushed == before.pushed);
+  CHECK(bench.stats().refused == before.refused + 4);
   meeting.done.store(true);
   pusher.join();
   CHECK(log.holds("a second thread"));
   CHECK(bench.push_scan(2, 0) == OVT_OK);  // one after the other is allowed
   bench.flush();
   CHECK(bench.stats().frames == 3);
+  CHECK(bench.stats().refused == 4);
   CHECK(adds_up(bench.stats()));
 }
 
@@ -128,6 +130,8 @@ TEST_CASE("detector threads: with any worker_count, calls that would wait for on
         CHECK(status == OVT_WRONG_THREAD);
       CHECK(call.other == OVT_OK);  // another detector is not affected
       CHECK(bench.stats().pushed == 3);
+      CHECK(bench.stats().refused == 4);
+      CHECK(elsewhere.stats().refused == 0);
       CHECK(bench.push_scan(1, 0) == OVT_OK);
       bench.destroy();  // finishes that frame, too, before `call` ends
     }
