@@ -96,7 +96,7 @@ static inline void ovt_read_build_info(ovt_build_info* out) { ovt_read_build_inf
  * ovt_describe_param lists them with units, limits and meaning; ovt_reads_param tells which of them a preset reads. */
 typedef struct ovt_params {
   size_t struct_size;
-  double frame_period_s;             /* frame.period_s             sensors' period */
+  double frame_period_s;             /* frame.period_s             sensors' period; of several rates, the fastest's */
   double frame_tolerance_s;          /* scans this close to a frame's first stamp join it */
   double gaps_limit_m;               /* gaps.limit_m */
   double gaps_limit_share;           /* gaps.limit_share */
@@ -578,7 +578,8 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_NO_EGO = 1,               /* no ego pose: tracks are in the vehicle frame */
   OVT_FLAG_NO_MAP = 2,               /* no map: no map gate, psi_REF is the ego heading */
   OVT_FLAG_SENSOR_MISSING = 4,       /* not every sensor is in this frame (never set for pushed detections) */
-  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods (see stale_mask) */
+  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods (see stale_mask); one of a lower
+                                        rate than the fastest: for more than 1.5 of its own intervals */
   OVT_FLAG_EGO_STALE = 16,           /* the ego pose is older than 100 ms */
   OVT_FLAG_CLOUD_DEGRADED = 32,      /* more than half of a scan's points are bad */
   OVT_FLAG_NO_DATA = 64,             /* no valid point, or a prediction: this is not "all clear" */
