@@ -163,13 +163,13 @@ ovt_status Detector::flush() {
 // ---- intake ---------------------------------------------------------------------------------------------------------
 
 void Detector::run_intake() {
-  thread_setup_->enter_intake();
   StartState state = kRunning;
   try {
-    runner_->warm_up();
+    runner_->warm_up();  // before this thread has settings: threads that oneTBB starts inherit them
   } catch (...) {
     state = kFailed;
   }
+  thread_setup_->enter_intake();
   start_state_.store(state, std::memory_order_seq_cst);  // before notify_all looks for sleepers, on any CPU
   start_state_.notify_all();
   if (state == kFailed) return;
