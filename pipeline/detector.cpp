@@ -56,6 +56,7 @@ void Detector::drop_owner() {
 
 bool Detector::enter() {
   const bool mine = calling_back != this && (!inline_ || !inside_.exchange(true, std::memory_order_acquire));
+  if (!mine) counters_.refused.fetch_add(1, std::memory_order_relaxed);
   if (!mine && !reported_wrong_thread_.exchange(true, std::memory_order_relaxed))
     log(OVT_LOG_ERROR, calling_back == this ? "on_frame called something other than ovt_read_...: refused"
                                             : "worker_count 1: a second thread called while one was inside");
@@ -163,13 +164,13 @@ ovt_status Detector::flush() {
 // ---- intake ---------------------------------------------------------------------------------------------------------
 
 void Detector::run_intake() {
-  thread_setup_->enter_intake();
   StartState state = kRunning;
   try {
-    runner_->warm_up();
+    runner_->warm_up();  // before this thread has settings: threads that oneTBB starts inherit them
   } catch (...) {
     state = kFailed;
   }
+  thread_setup_->enter_intake();
   start_state_.store(state, std::memory_order_seq_cst);  // before notify_all looks for sleepers, on any CPU
   start_state_.notify_all();
   if (state == kFailed) return;

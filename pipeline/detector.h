@@ -119,7 +119,7 @@ class Detector {
   // scans, whole or in pieces (detector_stream.cpp)
   struct Stream;
   class Hold;
-  ovt_status refuse_producer(Stream& stream) const noexcept;
+  ovt_status refuse_producer(Stream& stream) noexcept;
   bool begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns);
   void close_scan(Stream& stream, int32_t sensor, bool ended, int32_t point_count);
   void post_scan(int32_t sensor, int64_t stamp_ns);

@@ -5,6 +5,7 @@
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_group.h>
 
 #include <algorithm>
 #include <atomic>
@@ -31,12 +32,16 @@ class WorkerShare {
   WorkerShare& operator=(const WorkerShare&) = delete;
   // Number of workers that all controls of the process allow.
   static int32_t count_allowed() { return int32_t(Control::active_value(Control::max_allowed_parallelism)) - 1; }
+  static int32_t count_all() {  // of all graphs
+    const std::lock_guard<std::mutex> lock(mutex);
+    return total;
+  }
 
  private:
   using Control = oneapi::tbb::global_control;
+  inline static std::mutex mutex;  // only create and destroy use it, never the data path
+  inline static int32_t total = 0;
   static void change(int32_t by) {
-    static std::mutex mutex;  // only create and destroy use it, never the data path
-    static int32_t total = 0;
     static std::size_t others = 1;
     static std::unique_ptr<Control> control;
     const std::lock_guard<std::mutex> lock(mutex);
@@ -50,14 +55,17 @@ class WorkerShare {
 };
 
 // kStartPatience_ns: how long create waits for workers that do not come. The system may have none, or another arena of
-// the process may use them; an overloaded machine may take seconds to start a thread. kPatience_ns: how long destroy
-// waits for all workers.
-constexpr int64_t kStartPatience_ns = 10'000'000'000, kPatience_ns = 2'000'000'000;
+// the process may use them; an overloaded machine may take seconds to start a thread. kSharePatience_ns: how long it
+// may keep workers of other detectors from their frames.
+constexpr int64_t kStartPatience_ns = 10'000'000'000, kSharePatience_ns = 200'000'000;
+
+// One warm-up at a time: two would wait for each other's workers.
+std::mutex warm_up_mutex;
 
 // A message of the graph: a frame, or (null) a message of the warm-up.
-// Job::sensor of warm-up messages: kHold: barrier until all workers are here; kPass: does nothing; kRelease: undo
-// thread settings. Job::sensor of a frame's message: kAwaited counts in `waiting`.
-constexpr int32_t kHold = -2, kPass = -3, kRelease = -4, kAwaited = -5;
+// Job::sensor of warm-up messages: kHold: barrier until all workers are here; kPass: does nothing. Job::sensor of a
+// frame's message: kAwaited counts in `waiting`.
+constexpr int32_t kHold = -2, kPass = -3, kAwaited = -5;
 struct Job {
   Frame* frame;
   int32_t sensor;
@@ -165,7 +173,6 @@ struct DetectorGraph::Nodes {
         waiting.fetch_sub(1, std::memory_order_relaxed);
         if (!job.frame) {
           if (job.sensor == kHold) warm_worker();
-          if (job.sensor == kRelease) release_worker();
           return flow::continue_msg();
         }
         OVT_CHECK(visit.place >= 0 && visit.place <= params.worker_count);
@@ -267,11 +274,32 @@ struct DetectorGraph::Nodes {
     here.fetch_sub(1);
   }
 
-  // Restores a worker's thread settings, at the same time as those of all others.
-  void release_worker() {
-    released.fetch_add(1);
-    while (released.load() < most_here.load() && steady_now_ns() < warm_until) std::this_thread::yield();
-    setup.release_worker();
+  // TBB starts a thread only for a task that no idle thread takes. Workers of other detectors may be idle now and come
+  // to the warm-up, and be at work when the first frames come. So the workers of all detectors meet once, in an arena
+  // of their own, before any gets this detector's settings: a new thread inherits those of the worker that starts it.
+  // Each creates as many messages as it may need for this detector.
+  void meet_all_workers() {
+    const int32_t all = std::min(WorkerShare::count_all(), WorkerShare::count_allowed());
+    const int64_t until = steady_now_ns() + kSharePatience_ns;
+    std::atomic<int32_t> met{0};
+    const auto wait = [&] {
+      while (met.load() < all && steady_now_ns() < until) std::this_thread::yield();
+    };
+    oneapi::tbb::task_arena place(all + 1, 1);  // one place for this thread
+    place.execute([&] {
+      oneapi::tbb::task_group workers;
+      for (int32_t i = 0; i < all; ++i)
+        workers.run([&] {
+          ThreadSetup::list_this_thread();
+          met.fetch_add(1);
+          wait();
+          oneapi::tbb::task_group messages;
+          for (int64_t k = 0; k < messages_per_worker(); ++k) messages.run([] {});
+          messages.wait();
+        });
+      wait();
+      workers.wait();
+    });
   }
 
   // A thread that runs one of the graph's tasks. A worker gets its number and settings with its first task, in the
@@ -305,9 +333,8 @@ struct DetectorGraph::Nodes {
   ThreadSetup& setup;
   std::atomic<int32_t> arrived{0}, left{0};    // warm-up messages that workers started; that they finished
   std::atomic<int32_t> here{0}, most_here{0};  // workers in the warm-up; the maximum, which is the worker count
-  std::atomic<int32_t> released{0};
-  std::atomic<bool> posted{false};  // the intake has sent its warm-up messages
-  std::atomic<int64_t> warmed{0};   // warm-up messages that passed the whole graph
+  std::atomic<bool> posted{false};             // the intake has sent its warm-up messages
+  std::atomic<int64_t> warmed{0};              // warm-up messages that passed the whole graph
   int64_t warm_until = 0;
   WorkerShare share;
   const int32_t expected;  // workers requested, no more than the process allows: TBB would print a warning
@@ -327,21 +354,17 @@ DetectorGraph::DetectorGraph(const GraphParams& params, ThreadSetup& setup, cons
 
 DetectorGraph::~DetectorGraph() {
   Nodes& n = *nodes_;
-  const int32_t workers = n.most_here.load();
   n.arena.execute([&] { n.graph->wait_for_all(); });
-  n.warm_until = steady_now_ns() + kPatience_ns;
-  n.arena.execute([&] {
-    for (int32_t i = 0; i < workers; ++i) n.segment->try_put({nullptr, kRelease, 0});
-    while (n.released.load() < workers && steady_now_ns() < n.warm_until) std::this_thread::yield();
-    n.graph->wait_for_all();
-  });
+  n.setup.release_workers();
 }
 
 void DetectorGraph::host(const std::function<void()>& loop) { nodes_->arena.execute(loop); }
 
 // One message per worker, each held until all workers have come; then as many messages as may ever wait.
 void DetectorGraph::warm_up() {
+  const std::lock_guard<std::mutex> lock(warm_up_mutex);
   Nodes& n = *nodes_;
+  n.meet_all_workers();
   n.warm_until = steady_now_ns() + (n.expected > 0 ? kStartPatience_ns : 0);
   const int32_t workers = n.params.worker_count, more = n.params.max_frames * (n.context.sensor_count + 1);
   n.waiting.fetch_add(workers + more);

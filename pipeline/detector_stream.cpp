@@ -55,7 +55,8 @@ class Detector::Hold {
 };
 
 // The first time, of each sensor, goes to the log.
-ovt_status Detector::refuse_producer(Stream& stream) const noexcept {
+ovt_status Detector::refuse_producer(Stream& stream) noexcept {
+  counters_.refused.fetch_add(1, std::memory_order_relaxed);
   if (!stream.reported_producers.exchange(true, std::memory_order_relaxed))
     log(OVT_LOG_ERROR, "two threads push scans of one sensor at the same time: refused");
   return OVT_WRONG_THREAD;

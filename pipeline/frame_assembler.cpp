@@ -12,6 +12,9 @@
 namespace overtake {
 namespace {
 
+// A sensor slower than this counts as silent in between: nobody would notice one that loses most of its scans.
+constexpr int64_t kMostPeriods = 4;
+
 int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_ns(a, b) : difference_ns(b, a); }
 
 }  // namespace
@@ -35,6 +38,7 @@ IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexc
     close_open();
     for (Recent& recent : recent_) recent = {};
     std::fill(std::begin(seen_ns_), std::end(seen_ns_), stamp_ns);
+    for (SensorRhythm& rhythm : rhythm_) rhythm.forget_last();
     settled_.late_before_jump += clock_.late_before_jump();
     ++clock_jumps_;
     closed_any_ = closed_scans_ = false;
@@ -220,6 +224,7 @@ void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept
   frame.first_stamp_ns = std::min(frame.first_stamp_ns, scan.stamp_ns);
   frame.stamp_ns = std::max(frame.stamp_ns, scan.stamp_ns);
   seen_ns_[sensor] = std::max(seen_ns_[sensor], scan.stamp_ns);
+  rhythm_[sensor].note_stamp(scan.stamp_ns, kMostPeriods * params_.period_ns + params_.tolerance_ns);
   if (profile_) profile_->describe(ego_, scan.ego, scan.stamp_ns, part.road);
   runner_.start_segment(frame, sensor);
 }
@@ -254,7 +259,7 @@ void FrameAssembler::close(Frame& frame, const EgoRange& range) noexcept {
   if (frame.kind == FrameKind::kPrediction) frame.flags |= OVT_FLAG_PREDICTION | OVT_FLAG_NO_DATA;
   for (int32_t s = 0; s < params_.sensor_count; ++s) {
     if (frame.kind != FrameKind::kExternal && !(frame.sensor_mask >> s & 1u)) frame.flags |= OVT_FLAG_SENSOR_MISSING;
-    if (difference_ns(frame.stamp_ns, seen_ns_[s]) > params_.wait_ns) frame.stale_mask |= 1u << s;
+    if (difference_ns(frame.stamp_ns, seen_ns_[s]) > patience_ns(s)) frame.stale_mask |= 1u << s;
   }
   if (frame.stale_mask) frame.flags |= OVT_FLAG_SENSOR_STALE;
   frame.closed_ns.store(steady_now_ns(), std::memory_order_relaxed);
@@ -318,13 +323,38 @@ bool FrameAssembler::belongs_before(int64_t stamp_ns) const noexcept {
   return closed_scans_ && stamp_ns <= closed_scans_ns_;
 }
 
-// Whether the frame has every sensor, except those silent for more than 1.5 periods. After a gap of all sensors the
-// silence is that before the gap: the other sensors are likely to come back with this one.
+// 0: the sensor is not slow, or its interval or those of all others are not known yet. The fastest sensor counts with
+// at least a period, so that one short step of it (a driver that divides a scan, say) makes no other sensor slow.
+int64_t FrameAssembler::slow_interval_ns(int32_t sensor) const noexcept {
+  int64_t fastest_ns = INT64_MAX / 2;
+  for (const SensorRhythm& rhythm : rhythm_)
+    if (const int64_t interval_ns = rhythm.interval_ns()) fastest_ns = std::min(fastest_ns, interval_ns);
+  fastest_ns = std::max(fastest_ns, params_.period_ns);
+  const int64_t own_ns = rhythm_[sensor].interval_ns();
+  return own_ns > fastest_ns + fastest_ns / 2 ? own_ns : 0;
+}
+
+// A sensor without a scan for longer is silent.
+int64_t FrameAssembler::patience_ns(int32_t sensor) const noexcept {
+  const int64_t slow_ns = slow_interval_ns(sensor);
+  return slow_ns > 0 ? slow_ns + slow_ns / 2 : params_.wait_ns;
+}
+
+// Whether the sensor's next scan may belong to the open frame.
+bool FrameAssembler::is_due(int32_t sensor) const noexcept {
+  const int64_t slow_ns = slow_interval_ns(sensor);
+  if (slow_ns == 0 || !rhythm_[sensor].knows_last()) return true;
+  return difference_ns(open_->first_stamp_ns, seen_ns_[sensor]) >= slow_ns - params_.tolerance_ns;
+}
+
+// Whether the frame has every sensor that is due, except those that are silent. After a gap of all sensors the silence
+// is that before the gap: the other sensors are likely to come back with this one.
 bool FrameAssembler::complete() const noexcept {
   const bool after_gap = closed_scans_ && difference_ns(open_->first_stamp_ns, closed_scans_ns_) > params_.wait_ns;
   const int64_t until_ns = after_gap ? closed_scans_ns_ : open_->first_stamp_ns;
   for (int32_t s = 0; s < params_.sensor_count; ++s)
-    if (!(open_->sensor_mask >> s & 1u) && difference_ns(until_ns, seen_ns_[s]) <= params_.wait_ns) return false;
+    if (!(open_->sensor_mask >> s & 1u) && is_due(s) && difference_ns(until_ns, seen_ns_[s]) <= patience_ns(s))
+      return false;
   return true;
 }
 

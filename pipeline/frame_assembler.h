@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Groups scans into frames by their stamps. Runs on one thread (the intake). A frame opens with its first scan. It
-// closes when it has every sensor that is not silent, when a scan arrives that does not belong to it, or when
+// closes when it has every sensor that is due and not silent, when a scan arrives that does not belong to it, or when
 // ovt_advance reports a time that is too late for it. The segmentation starts with each scan, before the frame is
 // complete.
+//
+// A sensor is slow if its interval is over 1.5 times that of the fastest sensor (sensor_rhythm.h). A slow sensor is due
+// from its interval after its last scan on, and silent after 1.5 intervals; every other sensor is always due, and
+// silent after 1.5 periods.
 //
 // A scan older than a closed frame of scans, or than the open frame, becomes a separate frame; the tracker inserts it
 // at its stamp. Frames get their sequence numbers when they close.
@@ -21,6 +25,7 @@
 #include "pipeline/frame_pool.h"
 #include "pipeline/mailbox.h"
 #include "pipeline/road/height_profile.h"
+#include "pipeline/sensor_rhythm.h"
 
 namespace overtake {
 
@@ -132,6 +137,7 @@ class FrameAssembler {
   // Rejects everything that is held, and closes the open frame. False if a frame slot was needed and none is free.
   bool flush() noexcept;
   int64_t closed_count() const noexcept { return next_sequence_; }         // frames closed so far
+  bool has_open() const noexcept { return open_ != nullptr; }              // a frame waits for scans
   Settled take_settled() noexcept { return std::exchange(settled_, {}); }  // results since the last call
   int64_t clock_jumps() const noexcept { return clock_jumps_; }
   int64_t near_ns() const noexcept { return clock_.near_ns(); }
@@ -175,6 +181,9 @@ class FrameAssembler {
   }
   void close(Frame& frame, const EgoRange& range) noexcept;
   void close_open() noexcept;
+  int64_t slow_interval_ns(int32_t sensor) const noexcept;
+  int64_t patience_ns(int32_t sensor) const noexcept;
+  bool is_due(int32_t sensor) const noexcept;
   bool complete() const noexcept;
   bool belongs_before(int64_t stamp_ns) const noexcept;
 
@@ -207,6 +216,7 @@ class FrameAssembler {
   int32_t opens_sensor_ = 0;
   int64_t opens_stamp_ns_ = 0;
   int64_t seen_ns_[kMaxSensors] = {};  // newest scan of each sensor; before its first scan: the first frame's stamp
+  SensorRhythm rhythm_[kMaxSensors];
   // Each stamp is classified once, also when no slot was free and the scan is offered again.
   bool classified_ = false;
   int32_t classified_source_ = 0;

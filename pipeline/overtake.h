@@ -96,7 +96,7 @@ static inline void ovt_read_build_info(ovt_build_info* out) { ovt_read_build_inf
  * ovt_describe_param lists them with units, limits and meaning; ovt_reads_param tells which of them a preset reads. */
 typedef struct ovt_params {
   size_t struct_size;
-  double frame_period_s;             /* frame.period_s             sensors' period */
+  double frame_period_s;             /* frame.period_s             sensors' period; of several rates, the fastest's */
   double frame_tolerance_s;          /* scans this close to a frame's first stamp join it */
   double gaps_limit_m;               /* gaps.limit_m */
   double gaps_limit_share;           /* gaps.limit_share */
@@ -527,7 +527,9 @@ OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
  * the waiting pose is dropped. Poses that stepped ahead of the sensors by more than frame.tolerance_s plus
  * frame.period_s, beyond their usual lead, are not used while they stay ahead: frames use the earlier poses, which
  * become stale, and set OVT_SUSPECT_EGO. OVT_BAD_ARGUMENT, and the pose is not used, for values that no car's pose has:
- * x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate beyond 100 rad/s, NaN. */
+ * x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate beyond 100 rad/s, NaN.
+ * Preset best: roll and pitch both 0 mean that nothing measured them (a localisation in the plane). Such a pose tells
+ * no heights of the road, and on the circuit of a map with banking it gets the attitude of a vehicle on the bank. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
@@ -578,7 +580,8 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_NO_EGO = 1,               /* no ego pose: tracks are in the vehicle frame */
   OVT_FLAG_NO_MAP = 2,               /* no map: no map gate, psi_REF is the ego heading */
   OVT_FLAG_SENSOR_MISSING = 4,       /* not every sensor is in this frame (never set for pushed detections) */
-  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods (see stale_mask) */
+  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods (see stale_mask); one of a lower
+                                        rate than the fastest: for more than 1.5 of its own intervals */
   OVT_FLAG_EGO_STALE = 16,           /* the ego pose is older than 100 ms */
   OVT_FLAG_CLOUD_DEGRADED = 32,      /* more than half of a scan's points are bad */
   OVT_FLAG_NO_DATA = 64,             /* no valid point, or a prediction: this is not "all clear" */
@@ -916,6 +919,7 @@ typedef struct ovt_stats {
   int64_t points_missing;            /* points that incomplete scans are known to lack */
   int64_t row_orders_wrong;          /* with ovt_detector_def.stream: scans whose layers had other rows than expected
                                         from the scan before, so that a part of the work was done again */
+  int64_t refused;                   /* calls that returned OVT_WRONG_THREAD; they changed nothing else */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

@@ -3,7 +3,8 @@
 //
 // Name, CPU and SCHED_FIFO priority of the library's threads. TBB's workers belong to the whole process. Each gets
 // these settings with its first task of a detector, keeps them while it sleeps (it must wake up with its priority), and
-// gets its previous settings back when the detector is destroyed.
+// gets its previous settings back when the detector is destroyed, wherever the worker is then: the thread that destroys
+// sets them.
 #pragma once
 
 #include <sched.h>
@@ -28,10 +29,13 @@ class ThreadSetup {
  public:
   ThreadSetup(ThreadSettings settings, int32_t worker_count);
 
+  // Call on a worker before its first frame: a thread's first call allocates memory.
+  static void list_this_thread() noexcept;
   // Call on the thread itself. Worker i is pinned to cpus[i % n]; the intake may use any. Cheap if already set.
   void enter_worker(int32_t worker) noexcept;
-  void release_worker() noexcept;
   void enter_intake() noexcept;
+  // Gives all workers their previous settings. Any thread; none of this detector's tasks may run.
+  void release_workers() noexcept;
 
   int32_t pinned() const noexcept { return count(kPinned); }
   int32_t fifo() const noexcept { return count(kFifo); }

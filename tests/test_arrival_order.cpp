@@ -68,7 +68,8 @@ struct Thin : DetectorBench {
       ovt_ego_pose_init(&pose, sizeof pose);
       pose.stamp_ns = 1000 * kMs + (int64_t(frame) * 50 + t) * kMs;
       const overtake::ScenePose p = demo_scene().ego_at(double(pose.stamp_ns - 1000 * kMs) * 1e-9);
-      pose.x_m = p.x_m, pose.y_m = p.y_m, pose.z_m = p.z_m, pose.yaw_rad = p.yaw_rad;
+      pose.x_m = p.x_m, pose.y_m = p.y_m, pose.z_m = p.z_m;
+      pose.roll_rad = p.roll_rad, pose.pitch_rad = p.pitch_rad, pose.yaw_rad = p.yaw_rad;
       pose.speed_mps = p.speed_mps, pose.yaw_rate_rps = p.yaw_rate_rps;
       REQUIRE(ovt_push_ego_pose(detector, &pose) == OVT_OK);
     }

@@ -5,9 +5,15 @@
 // threads or none.
 #include <doctest/doctest.h>
 #include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_group.h>
+#include <pthread.h>
 #include <sched.h>
 
+#include <array>
 #include <atomic>
+#include <filesystem>
+#include <iterator>
 #include <string>
 #include <thread>
 #include <vector>
@@ -71,12 +77,14 @@ TEST_CASE("detector threads: with worker_count 1 a second thread during a call i
   CHECK(ovt_advance(bench.detector, INT64_MAX) == OVT_WRONG_THREAD);
   CHECK(ovt_flush(bench.detector) == OVT_WRONG_THREAD);
   CHECK(bench.stats().pushed == before.pushed);
+  CHECK(bench.stats().refused == before.refused + 4);
   meeting.done.store(true);
   pusher.join();
   CHECK(log.holds("a second thread"));
   CHECK(bench.push_scan(2, 0) == OVT_OK);  // one after the other is allowed
   bench.flush();
   CHECK(bench.stats().frames == 3);
+  CHECK(bench.stats().refused == 4);
   CHECK(adds_up(bench.stats()));
 }
 
@@ -128,6 +136,8 @@ TEST_CASE("detector threads: with any worker_count, calls that would wait for on
         CHECK(status == OVT_WRONG_THREAD);
       CHECK(call.other == OVT_OK);  // another detector is not affected
       CHECK(bench.stats().pushed == 3);
+      CHECK(bench.stats().refused == 4);
+      CHECK(elsewhere.stats().refused == 0);
       CHECK(bench.push_scan(1, 0) == OVT_OK);
       bench.destroy();  // finishes that frame, too, before `call` ends
     }
@@ -318,6 +328,128 @@ TEST_CASE("detector threads: of two detectors, the frames of each run on its own
   CHECK(seen[0].pinned == 60);
   CHECK(seen[1].frames == 60);
   if (CPU_COUNT(&all) > 1) CHECK(seen[1].pinned == 0);
+}
+
+namespace {
+
+// Keeps every worker of oneTBB in a task from `hold` until `release`. Then each looks at its own CPUs and policy.
+class OtherArena {
+ public:
+  void hold() {
+    arena_.execute([&] {
+      for (int32_t i = 0; i < workers_; ++i)
+        tasks_.run([&] {
+          pinned_before += is_pinned();
+          ++inside_;
+          while (!go_.load()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+          pinned += is_pinned();
+          fifo += sched_getscheduler(0) == SCHED_FIFO;
+          pthread_getname_np(pthread_self(), names_[std::size_t(looked_++)].data(), 16);
+        });
+    });
+    const int64_t until = overtake::steady_now_ns() + 10'000'000'000;
+    while (inside_.load() < workers_ && overtake::steady_now_ns() < until) std::this_thread::yield();
+    CHECK(inside_.load() == workers_);
+  }
+  void release() {
+    go_.store(true);
+    arena_.execute([&] { tasks_.wait(); });
+    for (const auto& name : names_) named += std::string(name.data()).rfind("ovt-worker", 0) == 0;
+  }
+  std::atomic<int32_t> pinned_before{0}, pinned{0}, fifo{0};
+  int32_t named = 0;
+
+ private:
+  static bool is_pinned() {
+    cpu_set_t set;
+    return sched_getaffinity(0, sizeof set, &set) == 0 && CPU_COUNT(&set) == 1;
+  }
+  const int32_t workers_ =
+      int32_t(oneapi::tbb::global_control::active_value(oneapi::tbb::global_control::max_allowed_parallelism)) - 1;
+  oneapi::tbb::task_arena arena_{workers_ + 1, 1};
+  oneapi::tbb::task_group tasks_;
+  std::atomic<int32_t> inside_{0}, looked_{0};
+  std::atomic<bool> go_{false};
+  std::vector<std::array<char, 16>> names_{std::size_t(workers_)};
+};
+
+int32_t count_threads() {
+  const std::filesystem::directory_iterator tasks("/proc/self/task");
+  return int32_t(std::distance(begin(tasks), end(tasks)));
+}
+
+}  // namespace
+
+TEST_CASE("detector threads: no thread of oneTBB keeps the CPUs or the priority of a destroyed detector") {
+  cpu_set_t all;
+  REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);
+  if (CPU_COUNT(&all) < 2) {
+    MESSAGE("skipped: one CPU");
+    return;
+  }
+  int32_t first = 0;
+  while (!CPU_ISSET(first, &all)) ++first;
+  for (const int32_t priority : {0, 1}) {
+    CAPTURE(priority);
+    DetectorBench one({.workers = 2, .record = false}), other({.workers = 2, .record = false});
+    for (DetectorBench* bench : {&one, &other}) {
+      bench->def.cpus = &first;
+      bench->def.cpu_count = 1;
+      bench->def.fifo_priority = priority;
+      bench->create();
+    }
+    ovt_runtime_info info;
+    REQUIRE(ovt_read_runtime_info(one.detector, &info) == OVT_OK);
+    if (priority > 0 && info.fifo == 0) {
+      MESSAGE("skipped: no permission for SCHED_FIFO");
+      continue;
+    }
+    for (std::size_t k = 0; k < 20; ++k)
+      for (DetectorBench* bench : {&one, &other}) {
+        bench->push_frame(k);
+        bench->flush();
+      }
+    OtherArena arena;  // its tasks keep the workers from any task of the detectors
+    arena.hold();
+    CHECK(arena.pinned_before >= 2);
+    one.destroy();
+    other.destroy();
+    arena.release();
+    CHECK(arena.pinned == 0);
+    CHECK(arena.fifo == 0);
+    CHECK(arena.named == 0);
+  }
+}
+
+TEST_CASE("detector threads: the first frames of a second detector start no thread, though the first one was idle") {
+  constexpr int32_t kWorkers = 6, kFrames = 2, kScans = 3 * kFrames;  // of each detector
+  struct Full {
+    std::atomic<int32_t> inside{0};
+    std::atomic<bool> go{false};
+  } full;
+  DetectorBench one({.workers = kWorkers, .record = false}), other({.workers = kWorkers, .record = false});
+  for (std::size_t k = 0; k < std::size_t(kFrames); ++k) (void)demo_frame(k);
+  for (DetectorBench* bench : {&one, &other}) {
+    bench->create();
+    reinterpret_cast<overtake::Detector*>(bench->detector)
+        ->set_hook(TestHook{[](void* user, HookPoint at, overtake::Frame&, int32_t) {
+                              auto& f = *static_cast<Full*>(user);
+                              if (at != HookPoint::kSegment) return;
+                              ++f.inside;
+                              while (!f.go.load()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                            },
+                            &full});
+  }
+  const int32_t before = count_threads();
+  for (std::size_t k = 0; k < std::size_t(kFrames); ++k)
+    for (DetectorBench* bench : {&one, &other}) bench->push_frame(k);
+  const int64_t until = overtake::steady_now_ns() + 10'000'000'000;
+  while (full.inside.load() < 2 * kScans && overtake::steady_now_ns() < until) std::this_thread::yield();
+  CHECK(full.inside.load() == 2 * kScans);  // all workers of both are at work
+  CHECK(count_threads() == before);
+  full.go.store(true);
+  one.flush();
+  other.flush();
 }
 
 TEST_CASE("detector threads: flush and advance come before a scan that is pushed after them") {

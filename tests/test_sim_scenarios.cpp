@@ -299,6 +299,18 @@ TEST_CASE("scenarios: mounting_errors, map_shifted and ego_heading_off have erro
   CHECK(sum / double(poses.size()) / kDegree == doctest::Approx(1).epsilon(0.05));
 }
 
+TEST_CASE("scenarios: the poses of poses_in_plane are those of demo without height, roll and pitch") {
+  const auto flat = Simulator(load_scenario("poses_in_plane"), 1, 1, 1).ego_poses();
+  const auto whole = Simulator(load_scenario("demo"), 1, 1, 1).ego_poses();
+  REQUIRE(flat.size() == whole.size());
+  for (std::size_t i = 0; i < flat.size(); ++i) {
+    CHECK(std::fabs(flat[i].z_m) + std::fabs(flat[i].roll_rad) + std::fabs(flat[i].pitch_rad) == 0);
+    CHECK(std::fabs(whole[i].roll_rad) > 0);
+    CHECK(flat[i].x_m == whole[i].x_m);
+    CHECK(flat[i].yaw_rad == whole[i].yaw_rad);
+  }
+}
+
 TEST_CASE("scenarios: logs of no_map and no_poses lack these and say so, as files and as folders") {
   const TempFolder folder;
   for (const char* name : {"no_map", "no_poses", "demo"}) {

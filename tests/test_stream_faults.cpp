@@ -452,11 +452,11 @@ TEST_CASE("stream: two threads that push scans of one sensor at the same time ar
             while (!static_cast<Block*>(user)->go.load()) std::this_thread::yield();
           },
           &block);
-  std::atomic<int32_t> pushed{0};
+  std::atomic<int32_t> pushed{0}, refused{0};
   std::thread producer([&] {
     ovt_points scan = points;
     for (int32_t k = 0; k < 4; ++k, ++scan.stamp_ns) {
-      ovt_push_scan(bench.detector, &scan);
+      if (ovt_push_scan(bench.detector, &scan) == OVT_WRONG_THREAD) refused.fetch_add(1);
       pushed.fetch_add(1);
     }
   });
@@ -475,6 +475,7 @@ TEST_CASE("stream: two threads that push scans of one sensor at the same time ar
   block.go.store(true);
   producer.join();
   CHECK(lines == 1);
+  CHECK(bench.stats().refused == refused.load() + 2);
 }
 
 TEST_CASE("stream: what an incomplete scan does not show is not free: no track misses there") {

@@ -26,6 +26,7 @@ std::vector<EgoPose> localise(const Motion& ego, const LocalisationErrors& error
         wrap_angle(state.course_rad + errors.heading_offset_rad + errors.heading_noise_rad * random.normal());
     pose.speed_mps = state.speed_mps + errors.speed_noise_mps * random.normal();
     pose.yaw_rate_rps = state.yaw_rate_rps + errors.yaw_rate_noise_rps * random.normal();
+    if (errors.in_plane) pose.z_m = pose.roll_rad = pose.pitch_rad = 0;
     drift_x = keep * drift_x + kick * random.normal();
     drift_y = keep * drift_y + kick * random.normal();
     for (const Jump& jump : errors.jumps)

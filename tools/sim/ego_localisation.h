@@ -26,6 +26,7 @@ struct LocalisationErrors {
   double heading_noise_rad = 0.1 * kDegree, heading_offset_rad = 0;
   double speed_noise_mps = 0.05, yaw_rate_noise_rps = 0.005;
   double latency_s = 0.02;  // delay of the message; its stamp is right
+  bool in_plane = false;    // z, roll and pitch are 0
   std::vector<Jump> jumps;
   std::vector<DropOut> drop_outs;
 };

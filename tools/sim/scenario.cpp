@@ -88,6 +88,7 @@ void read_localisation(LocalisationErrors& e, TomlReader& toml) {
   e.speed_noise_mps = toml.number_or("speed_noise_mps", 0, 10, e.speed_noise_mps);
   e.yaw_rate_noise_rps = toml.number_or("yaw_rate_noise_rps", 0, 1, e.yaw_rate_noise_rps);
   e.latency_s = toml.number_or("latency_s", 0, 1, e.latency_s);
+  e.in_plane = toml.boolean_or("in_plane", e.in_plane);
   for (const toml::table* table : toml.tables("jump")) {
     TomlReader jump(toml.path(), *table, "localisation.jump");
     e.jumps.push_back({jump.number("at_s", 0, kMostTime), jump.number("x_m", -100, 100), jump.number("y_m", -100, 100),
