@@ -179,11 +179,11 @@ class Joiner {
       const float gap_1 = gap_of(group.box.low_1, group.box.high_1, box.low_1, box.high_1);
       const float gap_2 = gap_of(group.box.low_2, group.box.high_2, box.low_2, box.high_2);
       if (gap_1 > params_.gap_m || gap_2 > params_.gap_m) continue;
+      if (max_of(group.high_z, merged_.max_z_m[row]) - min_of(group.low_z, merged_.min_z_m[row]) > limits.height_m)
+        continue;
       const OrientedBox both = unite(group.box, box);
       const auto fits = [&](const OrientedBox& b) { return b.length() <= most_1 && b.width() <= most_2; };
       if (!fits(both) && ((fits(group.box) && fits(box)) || group.rows > 1 || !is_same(seed, row, box, both))) continue;
-      if (max_of(group.high_z, merged_.max_z_m[row]) - min_of(group.low_z, merged_.min_z_m[row]) > limits.height_m)
-        continue;
       const float gap_m2 = gap_1 * gap_1 + gap_2 * gap_2;
       if (nearest < 0 || gap_m2 < nearest_m2) {  // equal: the first by place
         nearest = row;

@@ -84,6 +84,42 @@ TEST_CASE("bank attitude: on a map without banking, and beside the circuit, a po
   CHECK(is_level(&road, far));
 }
 
+TEST_CASE("bank attitude: beyond the ends of an open line there is no bank") {
+  std::vector<double> x, zero, half, bank;
+  for (int32_t i = 0; i <= 20; ++i)
+    x.push_back(10.0 * i), zero.push_back(0.0), half.push_back(8.0), bank.push_back(kBank);
+  CircuitMap map;
+  const char* error = nullptr;
+  REQUIRE(map.build(x.data(), zero.data(), half.data(), half.data(), bank.data(), int32_t(x.size()), false, &error));
+  BankAttitude attitude;
+  attitude.build(&map);
+  const auto roll_at = [&](double at_m) {
+    EgoPose pose;
+    pose.x_m = at_m;
+    return attitude.complete(pose).roll_rad;
+  };
+  CHECK(roll_at(3.0) == Approx(-kBank));
+  CHECK(roll_at(-3.0) == 0.0);
+  CHECK(roll_at(197.0) == Approx(-kBank));
+  CHECK(roll_at(203.0) == 0.0);
+}
+
+TEST_CASE("bank attitude: the bank fades to level over the metre beside the circuit, to both sides") {
+  const CircleRoad road = banked_road(kBank);
+  BankAttitude attitude;
+  attitude.build(&road.map);
+  const auto slope_at = [&](double d_m) {
+    return -std::tan(attitude.complete(flat(road.pose_at(700.0, d_m))).roll_rad);
+  };
+  for (const double side : {CircleRoad::kWidthLeft_m, -CircleRoad::kWidthRight_m}) {
+    const double out = side > 0 ? 1.0 : -1.0;
+    CHECK(slope_at(side - 0.1 * out) == Approx(kBank).epsilon(1e-3));
+    CHECK(slope_at(side + 0.25 * out) == Approx(0.75 * kBank).epsilon(0.02));
+    CHECK(slope_at(side + 0.75 * out) == Approx(0.25 * kBank).epsilon(0.05));
+    CHECK(slope_at(side + 1.2 * out) == 0.0);
+  }
+}
+
 TEST_CASE("bank attitude: a measured attitude stays, and any before the poses are looked at") {
   const CircleRoad road = banked_road(kBank);
   BankAttitude attitude;

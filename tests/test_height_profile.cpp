@@ -94,7 +94,8 @@ bool same(const RoadData& a, const RoadData& b) {
   for (int32_t k = 0; k < RoadData::kStations; ++k)
     heights &= !a.known[k] || (equal(a.height_m[k], b.height_m[k]) && equal(a.cross_slope[k], b.cross_slope[k]));
   return heights && a.has_pose == b.has_pose && a.map == b.map &&
-         std::memcmp(&a.ego.pose, &b.ego.pose, offsetof(EgoPose, has_attitude)) == 0 && equal(a.s_m, b.s_m) &&
+         std::memcmp(&a.ego.pose, &b.ego.pose, offsetof(EgoPose, has_attitude)) == 0 &&
+         a.ego.pose.has_attitude == b.ego.pose.has_attitude && a.faces_along == b.faces_along && equal(a.s_m, b.s_m) &&
          equal(a.d_m, b.d_m) && equal(a.curvature_per_m, b.curvature_per_m);
 }
 

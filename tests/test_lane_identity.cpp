@@ -265,23 +265,30 @@ TEST_CASE("lane identity: two tracks that become one have the time of their stat
 }
 
 TEST_CASE("lane identity: a car that leaves its track abruptly has one track, and its id") {
-  // The car turns aside at once and falls back, as in a spin.
-  for (const double aside_m : {5.0, 6.0}) {
-    CAPTURE(aside_m);
-    LaneBench bench;
-    const TrackId id = bench.follow(40);
-    double x_m = 50 * kFrame_s * 39;
-    for (int32_t k = 40; k < 60; ++k) {
-      bench.ego_at(50 * kFrame_s * k - 30);
-      x_m += 30 * kFrame_s;
-      bench.step(k, {seen_car(x_m, aside_m, k)});
-      if (k >= 48) {
-        CHECK(bench.confirmed() == 1);
-        CHECK(bench.ids[0] == id);
+  // The car turns aside at once and falls back, as in a spin. Another program pushes another car's row after each
+  // frame, after every other one, or never.
+  for (const double aside_m : {5.0, 6.0})
+    for (const int32_t push_every : {1, 2, 1000}) {
+      CAPTURE(aside_m);
+      CAPTURE(push_every);
+      LaneBench bench;
+      TrackId id = kNobody;
+      double x_m = 0;
+      for (int32_t k = 0; k < 60; ++k) {
+        const double ego_m = 50 * kFrame_s * k - 30;
+        bench.ego_at(ego_m);
+        x_m += (k < 40 ? 50 : 30) * kFrame_s;
+        const TrackId now = bench.step(k, {seen_car(x_m, k < 40 ? 0 : aside_m, k)})[0];
+        if (k == 39) id = now;
+        if (k >= 48) CHECK(now == id);
+        if (k >= 48 && push_every == 1000) CHECK(bench.confirmed() == 1);
+        if (k % push_every != 1 % push_every) continue;
+        Measurement row = pushed_row(ego_m + 130, 0, k);
+        row.stamp_ns += ns_of(1) / 2;
+        bench.push({row});
       }
+      CHECK(bench.tracker->counts().joined == 1);
     }
-    CHECK(bench.tracker->counts().joined == 1);
-  }
 }
 
 TEST_CASE(

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/road/bank_attitude.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/math.h"
@@ -9,15 +10,11 @@
 namespace overtake {
 namespace {
 
-constexpr double kOffRoad_m = 1.0;    // a pose this far outside of the circuit is not on its road
+constexpr double kFade_m = 1.0;       // beside the circuit, which is level
 constexpr double kLevel_rad = 1e-6;   // no vehicle that is measured stands so level
 constexpr double kLeastCosine = 0.1;  // of a bank
 
 }  // namespace
-
-bool is_on_road(const MapProjection& at) noexcept {
-  return at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m;
-}
 
 EgoPose BankAttitude::complete(const EgoPose& pose) noexcept {
   if (!is_built_ || std::fabs(pose.roll_rad) > kLevel_rad || std::fabs(pose.pitch_rad) > kLevel_rad) return pose;
@@ -26,11 +23,15 @@ EgoPose BankAttitude::complete(const EgoPose& pose) noexcept {
   if (!map_) return on_bank;
   const MapProjection at = map_->project(pose.x_m, pose.y_m, hint_);
   hint_ = at.segment;
-  if (at.segment < 0 || !is_on_road(at)) return on_bank;
+  const bool is_beside = map_->closed() || (at.s_m > 0.0 && at.s_m < map_->length_m());
+  if (at.segment < 0 || !is_beside) return on_bank;
+  // Beside the circuit it is level. So that poses with noise do not tilt to and fro at the edge, the bank fades.
+  const double outside_m = std::max(at.d_m - at.width_left_m, -at.d_m - at.width_right_m);
+  const double share = std::clamp(1.0 - outside_m / kFade_m, 0.0, 1.0);
   double sine, cosine;
   sin_cos_f64(map_->at(at.s_m).banking_rad, sine, cosine);
   if (!(cosine > kLeastCosine)) return on_bank;
-  const double slope = sine / cosine;
+  const double slope = share * sine / cosine;
   sin_cos_f64(pose.yaw_rad - at.heading_rad, sine, cosine);
   const double along = slope * sine, across = slope * cosine;  // falls ahead, rises to the right
   on_bank.pitch_rad = atan2_f64(along, 1.0);

@@ -12,9 +12,6 @@
 
 namespace overtake {
 
-// Whether a place is on the circuit, or less than 1 m outside of it.
-bool is_on_road(const MapProjection& at) noexcept;
-
 // Belongs to the producer of the poses.
 class BankAttitude {
  public:
@@ -25,7 +22,8 @@ class BankAttitude {
   }
 
   // A pose whose roll and pitch are 0 has no attitude: has_attitude becomes false. On the circuit of a map with banking
-  // it gets roll and pitch of a vehicle that stands there. Any other pose stays as it is.
+  // it gets roll and pitch of a vehicle that stands there; over the metre beside it they fade. Any other pose stays as
+  // it is.
   EgoPose complete(const EgoPose& pose) noexcept;
 
  private:

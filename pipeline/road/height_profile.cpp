@@ -7,11 +7,11 @@
 
 #include "core/math.h"
 #include "pipeline/clock_watch.h"
-#include "pipeline/road/bank_attitude.h"
 
 namespace overtake {
 namespace {
 
+constexpr double kOffRoad_m = 1.0;       // a pose this far outside of the circuit is not on its road
 constexpr double kLongestStep_m = 40.0;  // between two poses; a longer one is a jump
 constexpr double kLargestClimb = 0.5;    // of the height between two poses: a larger one is a jump
 constexpr int64_t kLongestStepNs = 1'000'000'000;
@@ -33,6 +33,10 @@ double tangent(double angle_rad) noexcept {
   double sine, cosine;
   sin_cos_f64(angle_rad, sine, cosine);
   return cosine > 0.1 ? sine / cosine : 0.0;
+}
+
+bool is_on_road(const MapProjection& at) noexcept {
+  return at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m;
 }
 
 // The range less the runs of poses that begin long after the scan. Their clock may have stepped ahead, which only the

@@ -17,7 +17,7 @@ constexpr double kRecent_s = 0.3;                            // a track was seen
 constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in the second so many a car hit two of its
                                                              // tracks, in the third so many none of them
 constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
-constexpr int32_t kLooks = 16, kSeenShare = 4;  // before its last hit a car was seen in all but a fourth of so many
+constexpr int32_t kLooks = 16;                                // iterations before the last hit
 constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
 constexpr double kApartSigmas2 = 9.0;  // of the difference of two velocities, over its variance: two cars
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
@@ -33,12 +33,16 @@ Place straight_on(Place from, const MotionState& m, double dt_s) {
   return {from.x_m + way_m * cosine, from.y_m + way_m * sine};
 }
 
-// Whether the car was seen in most of the iterations up to its last hit.
-bool was_steady(const LaneTrack& s) {
-  const int32_t unseen = std::countr_zero(s.history), looks = std::min(s.age - unseen, kLooks);
-  if (looks < 1 || unseen >= 64) return true;
-  const uint64_t hits = s.history >> unseen & ((uint64_t(1) << looks) - 1);
-  return kSeenShare * (looks - std::popcount(hits)) <= looks;
+// Whether the car was never missing for as long as it is now, in the iterations before its last hit. (Each push of rows
+// is an iteration, too, so the share of the hits tells nothing.)
+bool is_longest_gap(const LaneTrack& s) {
+  const int32_t missing = std::countr_zero(s.history), first = missing + 1, last = std::min(first + kLooks, s.age);
+  int32_t gap = 0;
+  for (int32_t k = first; k < std::min(last, 64); ++k) {
+    gap = s.history >> k & 1 ? 0 : gap + 1;
+    if (gap >= missing) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -106,7 +110,8 @@ bool LanePolicy::took_over(const State& found, int32_t slot, const State& lost, 
   const int32_t between = std::countr_zero(lost.history) - found.age;
   return found.stage == LaneStage::kConfirmed && found.class_votes > 0 && found.age <= kYoung &&
          lost.visibility == Visibility::kMissed && lost.unseen_s > kTakenOver_s && between >= -kBothSeen &&
-         between <= kBetween && was_steady(lost) && distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
+         between <= kBetween && is_longest_gap(lost) &&
+         distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
 }
 
 // Two cars that pass each other closely: their velocities differ. (Two parts of one car have the same.) `variance` is

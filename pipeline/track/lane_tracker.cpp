@@ -34,7 +34,7 @@ constexpr double kFreeSpeedNoise = 1.0, kFreeCourseNoise = 0.0125;  // (m/s)^2 a
 constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
 constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
-constexpr double kAcross_d2 = 6.0, kAcross_rad = 0.6;  // a new track's course is not that of its lane
+constexpr double kAcross_d2 = 9.0, kAcross_rad = 0.6;  // a new track's course is not that of its lane
 constexpr double kFreeTurns_mps = 10.0;                // a faster car changes its course less
 // (m/s^2)^2 per second; how long an acceleration lasts of a car that is seen, and of one that is not.
 constexpr double kAccelNoise = 2.0, kAccel_s = 0.6, kGuessedAccel_s = 0.1;
@@ -429,7 +429,7 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   if (map_ && s.asks_map) {
     const MapProjection at = map_->project(z.x_m, z.y_m);
     mean.course_rad = wrap_angle(at.heading_rad);
-    mean.yaw_rate_rps = mean.speed_mps * at.curvature_per_m;
+    mean.yaw_rate_rps = is_beside_line(at) ? mean.speed_mps * at.curvature_per_m : 0.0;
     sigma_phi = lane_.birth_sigma_course, sigma_omega = lane_.birth_sigma_yaw_rate;
   } else {
     if (it.ego.known) mean.course_rad = wrap_angle(it.ego.heading_rad);

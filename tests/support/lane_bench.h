@@ -66,6 +66,14 @@ class LaneBench {
     tracker->snapshot(rows, states);
     return ids;
   }
+  // An iteration of pushed rows, at their own stamp.
+  void push(const std::vector<Measurement>& rows_of_another) {
+    std::vector<TrackId> of_rows(rows_of_another.size(), kNobody);
+    input.stamp_ns = rows_of_another.front().stamp_ns;
+    input.measurements = rows_of_another;
+    tracker->step(input, of_rows.data());
+    tracker->snapshot(rows, states);
+  }
   // Publishes the tracks of the last step into `published` and `told`.
   void publish_at(int64_t publish_ns) { tracker->publish(rows, states, publish_ns, published, &told, nullptr); }
   LaneTrack state(int32_t row = 0) const {
