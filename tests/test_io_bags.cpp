@@ -356,6 +356,38 @@ TEST_CASE("bags: a db3 in WAL mode is read where nobody can write; with an unmer
   CHECK(read_all(open, rig).scans.size() == kFrames - 1);  // where it can write
 }
 
+TEST_CASE("bags: a db3 whose writer was stopped in a transaction is refused where nobody can write") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  std::filesystem::create_directories(folder.path("read_only"));
+  const io::Rig rig = swept_rig(kLines);
+  const std::string path = folder.path("a.db3"), hot = folder.path("read_only/hot.db3");
+  write_db3(path, write_scans(folder));
+  sqlite3* db = nullptr;
+  REQUIRE(sqlite3_open(path.c_str(), &db) == SQLITE_OK);
+  const auto execute = [&](const char* sql) { REQUIRE(sqlite3_exec(db, sql, nullptr, nullptr, nullptr) == SQLITE_OK); };
+  execute("PRAGMA cache_size=1; PRAGMA cache_spill=1; BEGIN");
+  execute("DELETE FROM messages WHERE id > 3");
+  execute("INSERT INTO messages SELECT id + 100, topic_id, timestamp, zeroblob(2000000) FROM messages");
+  std::filesystem::copy_file(path, hot);  // what a killed writer leaves
+  std::filesystem::copy_file(path + "-journal", hot + "-journal");
+  execute("ROLLBACK");
+  sqlite3_close(db);
+  REQUIRE(std::filesystem::file_size(hot + "-journal") > 0);
+  REQUIRE(io::read_whole_file(hot) != io::read_whole_file(path));
+  std::string error;
+  {
+    const WithoutWriting without(folder.path("read_only"));
+    if (!without.holds()) {
+      MESSAGE("skipped: root cannot give up its rights here");
+      return;
+    }
+    error = error_of([&] { read_all(hot, rig); });
+  }
+  CHECK(error == hot + ": its writer was stopped in a transaction, which " + hot +
+                     "-journal undoes: open the file once with sqlite3, in a folder that can be written");
+}
+
 TEST_CASE("bags: a db3 whose messages are all in its write-ahead log is read") {
   const TempFolder folder;
   const std::string path = folder.path("a.db3");
