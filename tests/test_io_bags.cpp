@@ -280,6 +280,18 @@ TEST_CASE("bags: a message that cannot be decoded is left out and named; a topic
   CHECK(read.lost == 1);
   CHECK(read.first_loss.find(" on /ego/odometry (log time 0.000 s): ") != std::string::npos);
 
+  io::Rig two = rig;  // a sensor whose only message is bad ends no run, because the other one has scans
+  two.sensors.push_back(two.sensors[0]);
+  two.sensors[1].name = "left";
+  messages = good;
+  messages.push_back(good.back());
+  messages.back().topic = "/left/points";
+  messages.back().data.resize(40);
+  write_mcap(folder.path("e.mcap"), messages);
+  const Read others = read_all(folder.path("e.mcap"), two);
+  CHECK(others.scans.size() == kFrames);
+  CHECK(others.lost == 1);
+
   messages = good;
   for (Recorded& message : messages) message.data.resize(40);
   write_mcap(folder.path("c.mcap"), messages);

@@ -198,6 +198,10 @@ bool BagStream::read_message() {
     if (ended_) return false;
     ended_ = true;
     damage_ = bag_->damage();
+    const bool has_scans = std::any_of(reads_.begin(), reads_.end(), [&](const auto& topic) {
+      return topic.first != roles_.ego && topic.second.lost < topic.second.messages;
+    });
+    if (has_scans) return false;
     for (const auto& [topic, reads] : reads_)
       if (reads.lost == reads.messages) refuse_unreadable(topic);
     return false;
