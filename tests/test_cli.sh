@@ -250,6 +250,8 @@ misuse "run: --workers: *-1* (overtake run --help)" run scene --rig av21 --out o
 for number in -1 1.5 nan inf 18446744073709551616 ""; do
   misuse "simulate: --seed: Value $number is not a whole number from 0 on (overtake simulate --help)" simulate demo --seed "$number" --out out
 done
+misuse "simulate: --seed: Value +-1 is not a *" simulate demo --seed +-1 --out out
+expect "--seed +5" "$overtake" simulate demo --seed +5 --seconds 0.05 --out plus --quiet
 for number in nan -nan inf -1 1e9; do
   misuse "simulate: --seconds: Value $number not in range 0.05 to 36000 (overtake simulate --help)" simulate demo --seconds $number --out out
   misuse "simulate: --picture-at: Value $number not in range 0 to 36000 *" simulate demo --pictures out --picture-at $number

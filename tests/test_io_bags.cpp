@@ -226,6 +226,35 @@ TEST_CASE("bags: scans of one time are one frame, also where one is recorded up 
   CHECK(read_all(folder.path("a.mcap"), rig).scans.size() > 40);
 }
 
+TEST_CASE("bags: a frame that a late scan opens comes out in the order of the stamps") {
+  const TempFolder folder;
+  io::Rig rig = swept_rig(kLines);
+  for (const char* name : {"left", "right"}) {
+    rig.sensors.push_back(rig.sensors[0]);
+    rig.sensors.back().name = name;
+  }
+  const io::Cloud cloud = swept_cloud(kLines, kShots, 0);
+  uint64_t expected = 0;
+  for (const bool late : {false, true}) {
+    std::vector<Recorded> messages;
+    for (int32_t frame = 0; frame < 30; ++frame)
+      for (const std::string name : {"front", "left", "right"}) {
+        if (name == "front" && frame == 12) continue;
+        messages.push_back(cloud_of(cloud, "/" + name + "/points", frame * kPeriodNs));
+        if (late) messages.back().stamp_ns += name == "left" ? 420'000'000 : name == "right" ? 300'000'000 : 0;
+      }
+    std::stable_sort(messages.begin(), messages.end(),
+                     [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
+    write_mcap(folder.path("a.mcap"), messages);
+    std::vector<std::size_t> scans(30, 3);
+    scans[12] = 2;
+    CHECK(read_all(folder.path("a.mcap"), rig).scans == scans);
+    const uint64_t hash = hash_of_run(folder.path("a.mcap"), rig);
+    if (!late) expected = hash;
+    CHECK(hash == expected);
+  }
+}
+
 TEST_CASE("bags: a message that cannot be decoded is left out and named; a topic of such messages is an error") {
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("pcd"));
@@ -250,6 +279,18 @@ TEST_CASE("bags: a message that cannot be decoded is left out and named; a topic
   CHECK(read.scans.size() == kFrames);
   CHECK(read.lost == 1);
   CHECK(read.first_loss.find(" on /ego/odometry (log time 0.000 s): ") != std::string::npos);
+
+  io::Rig two = rig;  // a sensor whose only message is bad ends no run, because the other one has scans
+  two.sensors.push_back(two.sensors[0]);
+  two.sensors[1].name = "left";
+  messages = good;
+  messages.push_back(good.back());
+  messages.back().topic = "/left/points";
+  messages.back().data.resize(40);
+  write_mcap(folder.path("e.mcap"), messages);
+  const Read others = read_all(folder.path("e.mcap"), two);
+  CHECK(others.scans.size() == kFrames);
+  CHECK(others.lost == 1);
 
   messages = good;
   for (Recorded& message : messages) message.data.resize(40);
@@ -354,6 +395,38 @@ TEST_CASE("bags: a db3 in WAL mode is read where nobody can write; with an unmer
   CHECK(error == open + ": is in SQLite's WAL mode, and a part of it is still in " + open +
                      "-wal: SQLite must write beside the file to read both. Copy them to a folder that can be written");
   CHECK(read_all(open, rig).scans.size() == kFrames - 1);  // where it can write
+}
+
+TEST_CASE("bags: a db3 whose writer was stopped in a transaction is refused where nobody can write") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  std::filesystem::create_directories(folder.path("read_only"));
+  const io::Rig rig = swept_rig(kLines);
+  const std::string path = folder.path("a.db3"), hot = folder.path("read_only/hot.db3");
+  write_db3(path, write_scans(folder));
+  sqlite3* db = nullptr;
+  REQUIRE(sqlite3_open(path.c_str(), &db) == SQLITE_OK);
+  const auto execute = [&](const char* sql) { REQUIRE(sqlite3_exec(db, sql, nullptr, nullptr, nullptr) == SQLITE_OK); };
+  execute("PRAGMA cache_size=1; PRAGMA cache_spill=1; BEGIN");
+  execute("DELETE FROM messages WHERE id > 3");
+  execute("INSERT INTO messages SELECT id + 100, topic_id, timestamp, zeroblob(2000000) FROM messages");
+  std::filesystem::copy_file(path, hot);  // what a killed writer leaves
+  std::filesystem::copy_file(path + "-journal", hot + "-journal");
+  execute("ROLLBACK");
+  sqlite3_close(db);
+  REQUIRE(std::filesystem::file_size(hot + "-journal") > 0);
+  REQUIRE(io::read_whole_file(hot) != io::read_whole_file(path));
+  std::string error;
+  {
+    const WithoutWriting without(folder.path("read_only"));
+    if (!without.holds()) {
+      MESSAGE("skipped: root cannot give up its rights here");
+      return;
+    }
+    error = error_of([&] { read_all(hot, rig); });
+  }
+  CHECK(error == hot + ": its writer was stopped in a transaction, which " + hot +
+                     "-journal undoes: open the file once with sqlite3, in a folder that can be written");
 }
 
 TEST_CASE("bags: a db3 whose messages are all in its write-ahead log is read") {

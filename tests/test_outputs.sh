@@ -208,6 +208,15 @@ for preset in paper best; do
 done
 left "inspect of best" angle.png angle.npy
 [[ -e reused/frame_4.png && -e reused/4_front_labels.npy && -e reused/scan.png ]] || fail "inspect removes $(ls reused)"
+# Nor does a command remove unfinished results of another kind, or .part files of the user.
+parts="notes.part tracks.csv.part angle.npy.part frame_9.png.part 9_front_labels.npy.part"
+for name in $parts; do echo mine >reused/$name; done
+expect "label" "$overtake" label scene --rig av21 --frame 4 --out reused --quiet
+expect "inspect" "$overtake" inspect scene --rig av21 --frame 3 --sensor front --preset best --out reused --quiet
+[[ $(ls reused | grep 'part$' | xargs) == "frame_9.png.part notes.part tracks.csv.part" ]] ||
+  fail "label and inspect leave these of $parts: $(ls reused | grep 'part$' | xargs)"
+expect "run over them" "$overtake" run scene --rig av21 --out reused --picture-at 4 --quiet
+[[ $(ls reused | grep 'part$') == notes.part && $(cat reused/notes.part) == mine ]] || fail "run leaves $(ls reused | grep 'part$' | xargs)"
 echo mine >>reused/4_front_labels.npy
 expect "run --force" "$overtake" run scene --rig av21 --out reused --quiet --force
 expect "label again" "$overtake" label scene --rig av21 --frame 0 --out reused --quiet

@@ -102,6 +102,8 @@ cdr_cut|WRONG  sensor 'front': 1 of 7 scans cannot be read; the first: message [
 bad_row|WRONG  recording: damaged after message 9: a message of a topic that is not in the table of topics
 END
 [[ $seen == "$(find faults -name '*.db3' | wc -l)" ]] || fail "$seen faults have a sentence, $(find faults -name '*.db3' | wc -l) are seeded"
+grep -q '  -> set time_unit in the rig file; times 1000 times as long would fit$' <<<"$("$overtake" doctor faults/time_us.db3 --rig racecar)" ||
+  fail "doctor does not say which time_unit would fit"
 grep -q "^note   sensor 'front': its clouds have no ring field: 3[0-9] lines recovered" <<<"$("$overtake" doctor none.db3 --rig racecar)" ||
   fail "doctor does not say that lines were recovered"
 "$overtake" doctor ring.db3 --rig hdl64 >doctor.txt

@@ -79,7 +79,7 @@ CLI::Validator whole_number() {
   const auto check = [](const std::string& text) {
     uint64_t value = 0;
     const char* end = text.data() + text.size();
-    const auto [last, error] = std::from_chars(text.data(), end, value);
+    const auto [last, error] = std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, value);
     return error == std::errc() && last == end ? std::string() : "Value " + text + " is not a whole number from 0 on";
   };
   return CLI::Validator(check, "");

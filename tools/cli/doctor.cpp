@@ -283,13 +283,13 @@ void Doctor::judge_time(std::size_t i, std::vector<Finding>& out) const {
                    std::string("set time_unit in the rig file; ") + unit + " of what is taken now would fit"});
   }
   // Too short by a unit: microseconds that are taken for nanoseconds, say. Another factor may be a cut scan.
-  for (const auto& [factor, name] : {std::pair(1e3, "thousand"), std::pair(1e6, "million")}) {
+  for (const auto& [factor, name] : {std::pair(1e3, "1000"), std::pair(1e6, "1000000")}) {
     const double share = factor * s.time_span_s / rig_.period_s;
     if (share < 0.05 || share > 1.5) continue;
     out.push_back({true, about,
                    "the times of its points span " + fixed(1e6 * s.time_span_s, 2) + " us within a scan of " +
                        fixed(rig_.period_s, 3) + " s",
-                   std::string("set time_unit in the rig file; a ") + name + " times of what is taken now would fit"});
+                   std::string("set time_unit in the rig file; times ") + name + " times as long would fit"});
   }
 }
 

@@ -179,9 +179,12 @@ void BagStream::add_scan(SensorScan scan) {
   const auto newest = std::find_if(frames_.rbegin(), frames_.rend(), joins);
   FrameScans* open = newest == frames_.rend() ? nullptr : &*newest;
   if (!open) {
-    frames_.emplace_back();
-    open = &frames_.back();
-    open->frame = next_frame_++;
+    // By stamp also where the first scan of a frame comes late; behind the others where no frame is later.
+    auto place = frames_.end();
+    while (place != frames_.begin() && (place - 1)->scans[0].stamp_ns > scan.stamp_ns &&
+           distance_ns((place - 1)->scans[0].stamp_ns, scan.stamp_ns) <= uint64_t(kLate_s * 1e9))
+      --place;
+    open = &*frames_.emplace(place);
   }
   waiting_bytes_ += bytes_of(scan);
   const auto behind = std::find_if(open->scans.begin(), open->scans.end(),
@@ -195,6 +198,10 @@ bool BagStream::read_message() {
     if (ended_) return false;
     ended_ = true;
     damage_ = bag_->damage();
+    const bool has_scans = std::any_of(reads_.begin(), reads_.end(), [&](const auto& topic) {
+      return topic.first != roles_.ego && topic.second.lost < topic.second.messages;
+    });
+    if (has_scans) return false;
     for (const auto& [topic, reads] : reads_)
       if (reads.lost == reads.messages) refuse_unreadable(topic);
     return false;
@@ -283,6 +290,7 @@ bool BagStream::next(FrameScans& out) {
     if (!read_message() && frames_.empty()) return false;
   out = std::move(frames_.front());
   frames_.pop_front();
+  out.frame = next_frame_++;
   for (const SensorScan& scan : out.scans) waiting_bytes_ -= bytes_of(scan);
   set_opponent(out);
   int64_t last_ns = INT64_MIN;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <map>
 
 #include "tools/io/bag_reader.h"
@@ -94,7 +95,7 @@ class Db3Reader : public BagReader {
     sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, int(std::min<uint64_t>(1 << 30, memory_limit() / 4)));
   }
 
-  // A file in WAL mode: SQLite wants to make NAME.db3-shm beside it, and cannot.
+  // SQLite wants to make NAME.db3-shm of a file in WAL mode, or to undo the changes in NAME.db3-journal, and cannot.
   bool needs_shared_memory() {
     sqlite3_stmt* raw = nullptr;
     const int code = sqlite3_prepare_v2(db_.get(), "SELECT id FROM topics", -1, &raw, nullptr);
@@ -102,8 +103,21 @@ class Db3Reader : public BagReader {
     return code == SQLITE_CANTOPEN || code == SQLITE_READONLY;
   }
 
-  // Reads the file as one that nobody writes: without locks, and without its write-ahead log, which must be empty.
+  bool is_in_wal_mode() const {
+    char head[20] = {};
+    std::ifstream(path_, std::ios::binary).read(head, sizeof head);
+    return head[18] == 2 && head[19] == 2;  // the file format's versions for writing and for reading
+  }
+
+  // Reads the file as one that nobody writes: without locks, and without its write-ahead log, which must be empty. A
+  // rollback journal must be empty, too: it has what half a transaction in the file replaced.
   void open_unchanging() {
+    const std::string journal = path_ + "-journal";
+    if (bytes_of(journal) > 0)
+      throw Error(path_, 0,
+                  "its writer was stopped in a transaction, which " + journal +
+                      " undoes: open the file once with sqlite3, in a folder that can be written");
+    if (!is_in_wal_mode()) fail("cannot be read");
     if (bytes_of(log_) > 0)
       throw Error(path_, 0,
                   "is in SQLite's WAL mode, and a part of it is still in " + log_ +

@@ -263,11 +263,13 @@ void OutputGuard::remove_leftovers(const std::string& path, std::string_view beg
   for (fs::directory_iterator at(place, code), end; !code && at != end; at.increment(code)) {
     const std::string file = at->path().string(), name = at->path().filename().string();
     if (replaced.contains(file) || !fs::is_regular_file(at->symlink_status(code))) continue;
+    const bool is_part = name.ends_with(kPartSuffix);
+    const std::string whole = is_part ? at->path().stem().string() : name;
+    if (!whole.starts_with(beginning) || !whole.ends_with(ending)) continue;
     const auto known = folder->files.find(name);
-    const bool named_so = name.starts_with(beginning) && name.ends_with(ending);
-    const bool old_result = named_so && known != folder->files.end() && known->second == digest(file);
+    const bool old_result = known != folder->files.end() && known->second == digest(file);
     std::string which;
-    if ((old_result || name.ends_with(kPartSuffix)) && !is_input(file, which)) leftovers.push_back(name);
+    if ((old_result || is_part) && !is_input(file, which)) leftovers.push_back(name);
   }
   for (const std::string& name : leftovers) {
     fs::remove(fs::path(place) / name, code);

@@ -51,7 +51,7 @@ class OutputGuard {
   void check_clear(const std::string& folder);
   void clear(const std::string& folder);
   // Removes from a result folder what earlier commands left there and this command does not replace: unchanged results
-  // whose names begin and end so, and names that end in .part. Call it before the last commit().
+  // whose names begin and end so, and NAME.part of such names. Call it before the last commit().
   void remove_leftovers(const std::string& folder, std::string_view beginning, std::string_view ending);
   // Whether uncommitted files remain as NAME.part.
   void keep(bool keep = true);
