@@ -26,7 +26,7 @@ struct EndStatement {
   void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
 
-uint64_t bytes_of(const std::string& path) {
+uint64_t file_bytes(const std::string& path) {
   std::error_code code;
   const auto bytes = std::filesystem::file_size(path, code);
   return code ? 0 : bytes;
@@ -39,7 +39,7 @@ class Db3Reader : public BagReader {
     sqlite3_hard_heap_limit64(int64_t(memory_limit()));  // of the process
     open(path, 0);
     if (needs_shared_memory()) open_unchanging();
-    row_limit_ = (bytes_of(path_) + bytes_of(log_)) / 4;  // a row takes more; the limit ends loops in the tree
+    row_limit_ = (file_bytes(path_) + file_bytes(log_)) / 4;  // a row takes more; the limit ends loops in the tree
     read_topics();
     messages_ = prepare("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id");
     last_id_ = largest_id();
@@ -113,12 +113,12 @@ class Db3Reader : public BagReader {
   // rollback journal must be empty, too: it has what half a transaction in the file replaced.
   void open_unchanging() {
     const std::string journal = path_ + "-journal";
-    if (bytes_of(journal) > 0)
+    if (file_bytes(journal) > 0)
       throw Error(path_, 0,
                   "its writer was stopped in a transaction, which " + journal +
                       " undoes: open the file once with sqlite3, in a folder that can be written");
     if (!is_in_wal_mode()) fail("cannot be read");
-    if (bytes_of(log_) > 0)
+    if (file_bytes(log_) > 0)
       throw Error(path_, 0,
                   "is in SQLite's WAL mode, and a part of it is still in " + log_ +
                       ": SQLite must write beside the file to read both. Copy them to a folder that can be written");
