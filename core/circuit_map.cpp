@@ -283,6 +283,12 @@ int32_t CircuitMap::segment_of(double s_m, int32_t hint) const noexcept {
   return std::min(int32_t(std::upper_bound(s_.begin(), s_.end(), s_m) - s_.begin()), n) - 1;
 }
 
+double MapPose::cross_slope() const noexcept {
+  double sine, cosine;
+  sin_cos_f64(banking_rad, sine, cosine);
+  return cosine > 0.1 ? sine / cosine : 0.0;
+}
+
 MapPose CircuitMap::at(double s_m, int32_t* hint) const noexcept {
   if (empty()) return {};
   const double length = s_.back();

@@ -16,6 +16,7 @@ namespace overtake {
 
 struct MapPose {  // a place on the centre line
   double x_m, y_m, heading_rad, curvature_per_m, width_left_m, width_right_m, banking_rad;
+  double cross_slope() const noexcept;  // tangent of the banking; 0 where it is nearly upright
 };
 
 struct MapProjection {
@@ -68,6 +69,10 @@ class CircuitMap {
   bool closed() const { return closed_; }
   bool has_banking() const { return has_banking_; }  // false: none was given, or all of it is 0
   double length_m() const { return empty() ? 0.0 : s_.back(); }
+  // Whether a projected place lies beside the line; false beyond the ends of an open one, and where there is no place.
+  bool is_beside(const MapProjection& at) const {
+    return at.segment >= 0 && (closed_ || (at.s_m > 0.0 && at.s_m < length_m()));
+  }
   int32_t segment_count() const { return empty() ? 0 : int32_t(x_.size()) - 1; }
 
   // Nearest place on the centre line. `hint` is a segment of an earlier answer, -1 none. A hint changes the cost, never

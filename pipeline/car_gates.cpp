@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/math.h"
-#include "kernels/heading_grid.h"
 #include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
 #include "pipeline/own_body.h"
@@ -13,21 +12,11 @@
 namespace overtake {
 namespace {
 
-bool fits(const CarLimits& limits, const OrientedBox& box) {
-  return box.length() <= limits.length_m && box.width() <= limits.width_m;
-}
-
-// A car that spins stands at any angle to the circuit. Step of 5 deg: at the nearest heading a car of 4.9 x 1.9 m is
-// wider by 0.2 m at most, which is less than the slack of the width.
+// A car that spins stands at any angle to the circuit.
 bool fits_across(const StageContext& context, const Frame& frame, int32_t row) {
-  constexpr int32_t kStep = 5;
-  const CarLimits& limits = context.detect.gate_cars.limits;
-  for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
-    const float c = kHeadingGrid.degree_cos[degree], s = kHeadingGrid.degree_sin[degree];
-    const OrientedBox box = trim_smoke(context, frame, row, c, s, measure_box(frame, row, c, s));
-    if (fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1})) return true;
-  }
-  return false;
+  return fits_at_any_heading(context.detect.gate_cars.limits, [&](float c, float s) {
+    return trim_smoke(context, frame, row, c, s, measure_box(frame, row, c, s));
+  });
 }
 
 // The car's centre by what is seen of it along psi_REF. A car across the circuit: the middle of what is seen.

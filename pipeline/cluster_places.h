@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "core/circuit_map.h"
+#include "kernels/heading_grid.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
@@ -56,6 +57,20 @@ struct OrientedBox {
   float length() const { return high_1 - low_1; }
   float width() const { return high_2 - low_2; }
 };
+inline bool fits(const CarLimits& limits, const OrientedBox& box) noexcept {
+  return box.length() <= limits.length_m && box.width() <= limits.width_m;
+}
+// Whether box_at(cos, sin) fits at some heading. Steps of 5 deg: at the nearest one a car of 4.9 x 1.9 m is wider by
+// 0.2 m at most, which is less than the slack of the width.
+template <class F>
+bool fits_at_any_heading(const CarLimits& limits, F&& box_at) noexcept {
+  constexpr int32_t kStep = 5;
+  for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
+    const OrientedBox box = box_at(kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
+    if (fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1})) return true;
+  }
+  return false;
+}
 OrientedBox measure_box(const Frame& frame, int32_t row, float cos, float sin) noexcept;
 
 // Heights of a cluster's points over the running ground, and the mean height of that ground below them, vehicle frame.

@@ -14,7 +14,6 @@
 #include <tuple>
 
 #include "core/math.h"
-#include "kernels/heading_grid.h"
 #include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
 #include "pipeline/own_body.h"
@@ -155,7 +154,7 @@ class Joiner {
 
   int32_t find_nearest(int32_t seed, const Group& group, bool across) const {
     const CarLimits& limits = params_.limits;
-    const float most_1 = across ? limits.width_m : limits.length_m, most_2 = across ? limits.length_m : limits.width_m;
+    const CarLimits turned = {limits.width_m, limits.length_m, limits.height_m}, &most = across ? turned : limits;
     // The gap of two turned boxes, of which the nearest points may lie up to a car's width inside.
     const float width_m = min_of(limits.width_m, limits.length_m);
     const float reach = max_of(1.5f * params_.gap_m, std::sqrt(params_.gap_m * params_.gap_m + width_m * width_m));
@@ -182,8 +181,8 @@ class Joiner {
       if (max_of(group.high_z, merged_.max_z_m[row]) - min_of(group.low_z, merged_.min_z_m[row]) > limits.height_m)
         continue;
       const OrientedBox both = unite(group.box, box);
-      const auto fits = [&](const OrientedBox& b) { return b.length() <= most_1 && b.width() <= most_2; };
-      if (!fits(both) && ((fits(group.box) && fits(box)) || group.rows > 1 || !is_same(seed, row, box, both))) continue;
+      const bool exceeds = !fits(most, group.box) || !fits(most, box);  // one of them alone
+      if (!fits(most, both) && !(exceeds && group.rows == 1 && is_same(seed, row, box, both))) continue;
       const float gap_m2 = gap_1 * gap_1 + gap_2 * gap_2;
       if (nearest < 0 || gap_m2 < nearest_m2) {  // equal: the first by place
         nearest = row;
@@ -201,16 +200,9 @@ class Joiner {
         both.length() > max_of(own.length(), box.length()) + kSame_m ||
         both.width() > max_of(own.width(), box.width()) + kSame_m)
       return false;
-    constexpr int32_t kStep = 5;
-    const CarLimits& limits = params_.limits;
-    for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
-      const float c = kHeadingGrid.degree_cos[degree], s = kHeadingGrid.degree_sin[degree];
-      const OrientedBox turned = unite(measure_box(frame_, seed, c, s), measure_box(frame_, row, c, s));
-      if ((turned.length() <= limits.length_m && turned.width() <= limits.width_m) ||
-          (turned.width() <= limits.length_m && turned.length() <= limits.width_m))
-        return true;
-    }
-    return false;
+    return fits_at_any_heading(params_.limits, [&](float c, float s) {
+      return unite(measure_box(frame_, seed, c, s), measure_box(frame_, row, c, s));
+    });
   }
 
   // Makes one row of each group, in the place of its first row.

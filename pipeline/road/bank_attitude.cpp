@@ -10,9 +10,8 @@
 namespace overtake {
 namespace {
 
-constexpr double kFade_m = 1.0;       // beside the circuit, which is level
-constexpr double kLevel_rad = 1e-6;   // no vehicle that is measured stands so level
-constexpr double kLeastCosine = 0.1;  // of a bank
+constexpr double kFade_m = 1.0;      // beside the circuit, which is level
+constexpr double kLevel_rad = 1e-6;  // no vehicle that is measured stands so level
 
 }  // namespace
 
@@ -23,15 +22,12 @@ EgoPose BankAttitude::complete(const EgoPose& pose) noexcept {
   if (!map_) return on_bank;
   const MapProjection at = map_->project(pose.x_m, pose.y_m, hint_);
   hint_ = at.segment;
-  const bool is_beside = map_->closed() || (at.s_m > 0.0 && at.s_m < map_->length_m());
-  if (at.segment < 0 || !is_beside) return on_bank;
+  if (!map_->is_beside(at)) return on_bank;
   // Beside the circuit it is level. So that poses with noise do not tilt to and fro at the edge, the bank fades.
   const double outside_m = std::max(at.d_m - at.width_left_m, -at.d_m - at.width_right_m);
   const double share = std::clamp(1.0 - outside_m / kFade_m, 0.0, 1.0);
+  const double slope = share * map_->at(at.s_m).cross_slope();
   double sine, cosine;
-  sin_cos_f64(map_->at(at.s_m).banking_rad, sine, cosine);
-  if (!(cosine > kLeastCosine)) return on_bank;
-  const double slope = share * sine / cosine;
   sin_cos_f64(pose.yaw_rad - at.heading_rad, sine, cosine);
   const double along = slope * sine, across = slope * cosine;  // falls ahead, rises to the right
   on_bank.pitch_rad = atan2_f64(along, 1.0);

@@ -29,12 +29,6 @@ constexpr int32_t kHere = RoadData::kStations / 2, kAhead = 2;  // stations; so 
 static_assert(kRenewNs >= kLateNs + HeightProfile::kLagNs);
 constexpr double kDriftShare = 0.2;  // of a new bin in the drift since the last lap: the mean of about 25 m
 
-double tangent(double angle_rad) noexcept {
-  double sine, cosine;
-  sin_cos_f64(angle_rad, sine, cosine);
-  return cosine > 0.1 ? sine / cosine : 0.0;
-}
-
 bool is_on_road(const MapProjection& at) noexcept {
   return at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m;
 }
@@ -149,7 +143,7 @@ void HeightProfile::add_jump(const EgoState& ego, const Place& place) noexcept {
 HeightProfile::Place HeightProfile::place_of(const EgoState& ego, const MapProjection& at) const noexcept {
   double cross_slope;
   if (map_->has_banking()) {
-    cross_slope = tangent(map_->at(at.s_m).banking_rad);
+    cross_slope = map_->at(at.s_m).cross_slope();
   } else {
     double sine, cosine;
     sin_cos_f64(at.heading_rad, sine, cosine);
@@ -307,7 +301,7 @@ void HeightProfile::expect_stations(RoadData& road) const noexcept {
   for (int32_t k = 0; k < RoadData::kStations; ++k) {
     if (road.known[k]) continue;
     const MapPose at = place_at(k);
-    const double cross_slope = tangent(at.banking_rad);
+    const double cross_slope = at.cross_slope();
     const int32_t steps = ahead * (k - kHere);
     road.height_m[k] = float(edge_m + steps * step_m + above_edge(at, cross_slope));
     road.cross_slope[k] = float(cross_slope);

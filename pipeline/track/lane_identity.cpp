@@ -88,7 +88,7 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
   if (map_ && found.asks_map) {
     const MapProjection here = map_->project(at.x_m, at.y_m, found.segment);
     const MapProjection there = map_->project(from.x_m, from.y_m, lost.segment);
-    if (is_beside_line(here) && is_beside_line(there)) {
+    if (map_->is_beside(here) && map_->is_beside(there)) {
       along_m = std::fabs(here.s_m - there.s_m);
       if (map_->closed()) along_m = std::min(along_m, map_->length_m() - along_m);
       across_m = std::fabs(here.d_m - there.d_m);

@@ -34,8 +34,8 @@ constexpr double kFreeSpeedNoise = 1.0, kFreeCourseNoise = 0.0125;  // (m/s)^2 a
 constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
 constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
-constexpr double kAcross_d2 = 9.0, kAcross_rad = 0.6;  // a new track's course is not that of its lane
-constexpr double kFreeTurns_mps = 10.0;                // a faster car changes its course less
+constexpr double kAcross = 3.0, kAcross_rad = 0.6;  // deviations; the course of a car that drives across its lane
+constexpr double kFreeTurns_mps = 10.0;             // a faster car changes its course less
 // (m/s^2)^2 per second; how long an acceleration lasts of a car that is seen, and of one that is not.
 constexpr double kAccelNoise = 2.0, kAccel_s = 0.6, kGuessedAccel_s = 0.1;
 constexpr double kFreeAccelNoise = 4.0, kFreeAccel_s = 1.2;  // without a map, and of a slow car
@@ -112,11 +112,6 @@ double LanePolicy::find_curvature(const MapProjection& at) const noexcept {
   return (wrap_angle(to_rad - at.heading_rad) + wrap_angle(at.heading_rad - from_rad)) / (2.0 * kLaneHalf_m);
 }
 
-// False beyond the ends of an open line.
-bool LanePolicy::is_beside_line(const MapProjection& at) const noexcept {
-  return at.segment >= 0 && (map_->closed() || (at.s_m > 0.0 && at.s_m < map_->length_m()));
-}
-
 // The lane that the car follows. Beyond an end of an open line it goes straight on. A slow car follows none, and does
 // not turn.
 void LanePolicy::look_at_lane(State& s) const noexcept {
@@ -131,7 +126,7 @@ void LanePolicy::look_at_lane(State& s) const noexcept {
   s.segment = at.segment;
   if (at.segment < 0 || std::fabs(at.d_m) > kLaneReach_m) return;
   if (!(std::fabs(wrap_angle(m.course_rad - at.heading_rad)) < kLaneCourse_rad)) return;
-  const double curvature_per_m = is_beside_line(at) ? find_curvature(at) : 0.0;
+  const double curvature_per_m = map_->is_beside(at) ? find_curvature(at) : 0.0;
   const double shrink = 1.0 - curvature_per_m * at.d_m;
   if (shrink > 0.2) s.lane = {curvature_per_m / shrink, lane_.lane_s};
   if (is_guessed(s)) s.lane.heading_rad = at.heading_rad, s.lane.course_s = lane_.path_turn_s;
@@ -305,17 +300,26 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
 
 // ---- update ---------------------------------------------------------------------------------------------------------
 
+// How far a measurement is ahead of the track and to its left, in standard deviations.
+struct Off {
+  double along, across;
+};
+Off find_off(const TrackEstimate& e, const Measurement& z) noexcept {
+  const MotionState& m = e.mean;
+  const auto& p = e.covariance;
+  double sine, cosine;
+  sin_cos_f64(m.course_rad, sine, cosine);
+  const double x_m = z.x_m - m.x_m, y_m = z.y_m - m.y_m;
+  const double xx = p[0][0] + z.var_x, yy = p[1][1] + z.var_y, xy = 2.0 * sine * cosine * (p[0][1] + z.cov_xy);
+  return {(cosine * x_m + sine * y_m) / std::sqrt(cosine * cosine * xx + sine * sine * yy + xy),
+          (cosine * y_m - sine * x_m) / std::sqrt(sine * sine * xx + cosine * cosine * yy - xy)};
+}
+
 // A new track begins with the course of its lane. If the car is far to one side of where that leads, it drives across.
 void LanePolicy::doubt_lane_course(State& s, const Measurement& z) const noexcept {
   if (!s.asks_map || s.hits >= kSteadyHits || !s.has_course) return;
-  const MotionState& m = s.estimate.mean;
-  auto& p = s.estimate.covariance;
-  double sine, cosine;
-  sin_cos_f64(m.course_rad, sine, cosine);
-  const double across_m = cosine * (z.y_m - m.y_m) - sine * (z.x_m - m.x_m);
-  const double xx = p[0][0] + z.var_x, yy = p[1][1] + z.var_y, xy = 2.0 * sine * cosine * (p[0][1] + z.cov_xy);
-  if (across_m * across_m > kAcross_d2 * (sine * sine * xx + cosine * cosine * yy - xy))
-    p[3][3] = std::max(p[3][3], kAcross_rad * kAcross_rad);
+  double& variance = s.estimate.covariance[3][3];
+  if (std::fabs(find_off(s.estimate, z).across) > kAcross) variance = std::max(variance, kAcross_rad * kAcross_rad);
 }
 
 // Innovations ahead of or behind the track, several or a large one, are a manoeuvre: the car brakes or accelerates, and
@@ -323,16 +327,10 @@ void LanePolicy::doubt_lane_course(State& s, const Measurement& z) const noexcep
 // the course turns.
 void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept {
   if (s.hits < kSteadyHits || !(dt_s > 0.0)) return;
-  const MotionState& m = s.estimate.mean;
   auto& p = s.estimate.covariance;
-  double sine, cosine;
-  sin_cos_f64(m.course_rad, sine, cosine);
-  const double x_m = z.x_m - m.x_m, y_m = z.y_m - m.y_m;
-  const double xx = p[0][0] + z.var_x, yy = p[1][1] + z.var_y, xy = 2.0 * sine * cosine * (p[0][1] + z.cov_xy);
-  const double along = (cosine * x_m + sine * y_m) / std::sqrt(cosine * cosine * xx + sine * sine * yy + xy);
-  const double across = (cosine * y_m - sine * x_m) / std::sqrt(sine * sine * xx + cosine * cosine * yy - xy);
-  s.lag_along = kLagKeep * s.lag_along + along;
-  s.lag_across = kLagKeep * s.lag_across + across;
+  const Off off = find_off(s.estimate, z);
+  s.lag_along = kLagKeep * s.lag_along + off.along;
+  s.lag_across = kLagKeep * s.lag_across + off.across;
   if (std::fabs(s.lag_across) > kTurnLag * lane_.steady_lag) s.turn_s = kManoeuvre_s;
   const double more = (lane_.manoeuvre_gain - 1.0) * dt_s;  // a manoeuvre began after the last detection
   if (std::fabs(s.lag_along) > (may_accelerate(s) ? kBrakeLag : 1.0) * lane_.steady_lag) {
@@ -429,7 +427,7 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   if (map_ && s.asks_map) {
     const MapProjection at = map_->project(z.x_m, z.y_m);
     mean.course_rad = wrap_angle(at.heading_rad);
-    mean.yaw_rate_rps = is_beside_line(at) ? mean.speed_mps * at.curvature_per_m : 0.0;
+    mean.yaw_rate_rps = map_->is_beside(at) ? mean.speed_mps * at.curvature_per_m : 0.0;
     sigma_phi = lane_.birth_sigma_course, sigma_omega = lane_.birth_sigma_yaw_rate;
   } else {
     if (it.ego.known) mean.course_rad = wrap_angle(it.ego.heading_rad);

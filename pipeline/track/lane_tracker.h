@@ -93,7 +93,6 @@ class LanePolicy {
   bool comes_to_rest(const State& s) const noexcept;
   PathKind path_of(const State& s) const noexcept;
   PathNoise path_noise(const State& s) const noexcept;
-  bool is_beside_line(const MapProjection& at) const noexcept;
   double find_curvature(const MapProjection& at) const noexcept;
   void look_at_lane(State& s) const noexcept;
   void follow_map_use(State& s) const noexcept;
