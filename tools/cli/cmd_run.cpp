@@ -282,6 +282,7 @@ int run(const RunOptions& options) {
   add_inputs(guard, options, config);
   if (options.truth != TruthSink::kOwnTruth) guard.add_input(options.truth);
   const auto stream = io::open_scans(config.input, config.rig);
+  catch_interrupt();  // before the address is told: who reads it may interrupt
   std::optional<Live> live;
   if (options.live >= 0) live.emplace(options.live, options.allow_origins);
   if (live && !options.quiet)
@@ -299,7 +300,6 @@ int run(const RunOptions& options) {
   check_map_has_effect(config, !config.ego.empty() || (stream->has_ego() && !config.no_ego));
   io::write_whole_file(options.out + "/config.toml", format_config(config));
 
-  catch_interrupt();
   Progress progress(1000, options.quiet);
   LineNotes lines;
   Pace pace(options.rate);
