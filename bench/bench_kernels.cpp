@@ -47,6 +47,7 @@ Traffic traffic_of(const Work& work, const Step& step) {
 Traffic traffic_of(const Work& work, Kernel kernel) {
   if (const Step* step = find_step(kernel)) return traffic_of(work, *step);
   if (kernel == Kernel::load_points) return {work.points(), work.points() * (24 + 24)};
+  if (kernel == Kernel::fit_road) return {work.part.row_count * 20, work.part.row_count * 20 * 8};
   if (kernel == Kernel::predict_paths) return {kPathCars * 30, kPathCars * 30 * 7 * 8};
   if (kernel == Kernel::place_path) return {kPathBlock, kPathBlock * 20 * 8};
   if (kernel == Kernel::fit_rectangle) return {work.fit_count, work.fit_count * 8};

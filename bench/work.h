@@ -111,6 +111,14 @@ class Work {
     if (const Step* step = find_step(kernel)) return run(k, *step);
     switch (kernel) {
       case Kernel::load_points: load(k); break;
+      case Kernel::fit_road: {
+        RoadShape shape;
+        k.fit_road(context.segment[0].running_ground,
+                   {{1, 0, 0, 0, 1, 0, 0, 0, 1}, context.sensors[0].T_vehicle_sensor}, context.sensors[0],
+                   views.images.range_filled_m, views.images.elevation_filled_rad, shape);
+        benchmark::DoNotOptimize(shape.term);
+        break;
+      }
       case Kernel::merge_seams: {
         SeamSide sides[3];
         for (int32_t s = 0; s < 3; ++s)

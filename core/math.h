@@ -36,6 +36,9 @@ OVT_INLINE float select(bool mask, float yes, float no) { return mask ? yes : no
 OVT_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
 OVT_INLINE float min_of(float a, float b) { return a < b ? a : b; }
 OVT_INLINE float max_of(float a, float b) { return a > b ? a : b; }
+OVT_INLINE int32_t to_int(float v) { return int32_t(v); }
+OVT_INLINE float to_float(int32_t v) { return float(v); }
+OVT_INLINE float gather(const float* base, int32_t index) { return base[index]; }
 OVT_INLINE double select(bool mask, double yes, double no) { return mask ? yes : no; }
 OVT_INLINE double abs_of(double v) { return __builtin_fabs(v); }
 OVT_INLINE double min_of(double a, double b) { return a < b ? a : b; }

@@ -133,7 +133,8 @@ struct Double {
 };
 
 // The functions that core/math.h's templates need for a value type. The forms for float stay visible.
-using overtake::abs_of, overtake::max_of, overtake::min_of, overtake::select;
+using overtake::abs_of, overtake::gather, overtake::max_of, overtake::min_of, overtake::select, overtake::to_float,
+    overtake::to_int;
 template <class A>
 OVT_INLINE Float<A> select(Mask<A> m, Float<A> yes, Float<A> no) {
   return xsimd::select(m.v, yes.v, no.v);

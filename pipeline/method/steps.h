@@ -100,7 +100,7 @@ OVT_STEP_BY_HAND(sample_road, GROUND, "running_ground", kByColumns,
                             road_last_bound_per_m),
                  OVT_SCRATCH()) {
   const RangeImages& m = s.views.images;
-  overtake::sample_road(s.params.running_ground, s.part.road, s.sensor, m.range_filled_m, m.elevation_filled_rad,
+  overtake::sample_road(k, s.params.running_ground, s.part.road, s.sensor, m.range_filled_m, m.elevation_filled_rad,
                         s.views.road_surface, s.columns);
 }
 OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground", kByColumns,

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/math.h"
+#include "kernels/fit_road.h"
 #include "pipeline/road/centre_line.h"
-#include "pipeline/road/road_shape.h"
 
 namespace overtake {
 namespace {
@@ -47,7 +47,6 @@ OVT_INLINE bool find_height(const RoadData& road, const CentreLine& line, float 
 // Rays side by side: along a ray each node waits for the one before it, so the walks of several rays overlap, and
 // compilers make vectors of the loops over `l`.
 constexpr int32_t kTogether = 28;
-static_assert(kTogether % 2 == 0);
 struct Rays {
   float cosine[kTogether], sine[kTogether];
   bool known[kTogether];
@@ -157,7 +156,7 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
     bool ends = false;  // beyond the last known place: straight on
     for (int32_t i = first; i >= 0 && i < ExpectedRoad::kPlaces; i += step) {
       const float x = ExpectedRoad::kFirst_m + float(i) * ExpectedRoad::kStep_m;
-      const float y = -float(shape.lane_offset(double(x), 0.0));
+      const float y = -shape.lane_offset(x, 0.0f);
       float left_z = 0.0f, right_z = 0.0f;
       ends = ends || !find_z(x, y + kBeside_m, guess_z, left_z) || !find_z(x, y - kBeside_m, guess_z, right_z);
       if (ends) {
@@ -178,8 +177,8 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   station = RoadData::kStations / 2;
   line.find_piece(0.0f, 0.0f, station);
   const float d = line.measure_left(0.0f, 0.0f, station), slope = road.cross_slope[station];
-  expected.left_m = double(max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f));
-  expected.right_m = double(max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f));
+  expected.left_m = max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f);
+  expected.right_m = max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f);
   if (!road.faces_along) std::swap(expected.left_m, expected.right_m);
   expected.source = source;
 }
@@ -192,7 +191,7 @@ void expect_way(const RoadData& road, RoadShape& shape) noexcept {
   const double* const r = road.ego.r;
   const double level = std::sqrt(r[0] * r[0] + r[3] * r[3]);
   if (!(level > 0.1)) return;  // a vehicle on its nose has no bend
-  const float bend = float(0.5 * shape.curvature * (r[0] * r[5] - r[3] * r[2]) / level);
+  const float bend = float(0.5 * double(shape.curvature) * (r[0] * r[5] - r[3] * r[2]) / level);
   ExpectedRoad& expected = shape.expected;
   struct Node {
     float x, base_m, twist;
@@ -205,7 +204,7 @@ void expect_way(const RoadData& road, RoadShape& shape) noexcept {
     while (to.x > x && next < road.way_count) {
       const RoadData::WayPlace& place = road.way[next++];
       from = to;
-      const float n = float(shape.lane_offset(double(place.x_m), double(place.y_m)));
+      const float n = shape.lane_offset(place.x_m, place.y_m);
       to = {place.x_m, place.z_m - place.slope * n, place.slope};
     }
     const float t = to.x < x ? (x - from.x) / (to.x - from.x) : 1.0f;
@@ -225,7 +224,7 @@ void expect_way(const RoadData& road, RoadShape& shape) noexcept {
 // Turns and lifts the sensor until its ground lies on the known road: its mounting is known to half a degree, the
 // pitch of the ego pose to a tenth, and a tenth is 0.17 m at 100 m.
 void level_sensor(const RoadShape& ground, RoadAxes& axes) noexcept {
-  const float a = float(ground.term[0]), b = float(ground.term[1]), c = float(ground.term[2]);
+  const float a = ground.term[0], b = ground.term[1], c = ground.term[2];
   float *m = axes.mounting.r, *t = axes.mounting.t;
   for (int32_t i = 0; i < 3; ++i) m[6 + i] -= b * m[i] + c * m[3 + i];
   t[2] -= a + b * t[0] + c * t[1];
@@ -256,10 +255,7 @@ struct NodeOnShape {
       vx[l] = m[0] * x[l] + m[1] * y[l] + m[2] * z[l] + t[0];
       vy[l] = m[3] * x[l] + m[4] * y[l] + m[5] * z[l] + t[1];
     }
-    for (int32_t l = 0; l < kTogether; l += 2) {
-      const Two at_x(vx + l);
-      height_at(at_x, shape.lane_offset(at_x, Two(vy + l))).store(height_m + l);
-    }
+    for (int32_t l = 0; l < kTogether; ++l) height_m[l] = height_at(vx[l], shape.lane_offset(vx[l], vy[l]));
   }
 };
 
@@ -267,7 +263,7 @@ void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noex
   float sensor_z[kTogether];
   for (int32_t l = 0; l < kTogether; ++l) sensor_z[l] = -axes.mounting.t[2];
   for (int32_t i = 0; i < kNodes; ++i) {
-    const NodeOnShape node(axes, shape, rays, i, sensor_z, [&](Two x, Two n) { return shape.height_at(x, n); });
+    const NodeOnShape node(axes, shape, rays, i, sensor_z, [&](float x, float n) { return shape.height_at(x, n); });
     for (int32_t l = 0; l < kTogether; ++l)
       rays.heights_m[i][l] = sensor_z[l] = axes.to_sensor_z(node.height_m[l], node.x[l], node.y[l]);
   }
@@ -277,16 +273,16 @@ void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noex
 void add_difference(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
   for (int32_t i = 0; i < kNodes; ++i) {
     const NodeOnShape node(axes, shape, rays, i, rays.heights_m[i],
-                           [&](Two x, Two n) { return shape.difference_at(x, n); });
+                           [&](float x, float n) { return shape.difference_at(x, n); });
     for (int32_t l = 0; l < kTogether; ++l) rays.heights_m[i][l] += node.height_m[l] / axes.mounting.r[8];
   }
 }
 
 }  // namespace
 
-void sample_road(const RunningGroundParams& params, const RoadData& road, const SensorModel& sensor,
-                 Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad, const RoadSurface& surface,
-                 ColumnSpan columns) noexcept {
+void sample_road(const KernelTable& kernels, const RunningGroundParams& params, const RoadData& road,
+                 const SensorModel& sensor, Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad,
+                 const RoadSurface& surface, ColumnSpan columns) noexcept {
   RoadAxes axes = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, sensor.T_vehicle_sensor};
   if (abs_of(axes.mounting.r[8]) < 0.1f) axes.mounting.r[8] = 0.1f;  // a sensor on its side sees no road
   float origin_m = 0.0f, outside_m = 0.0f;
@@ -300,7 +296,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     const double speed = road.ego.pose.speed_mps;
     const double of_map = road.faces_along ? road.curvature_per_m : -road.curvature_per_m;
     const double curvature = road.map ? of_map : speed > 5.0 ? road.ego.pose.yaw_rate_rps / speed : 0.0;
-    shape.curvature = std::clamp(curvature, -0.02, 0.02);
+    shape.curvature = float(std::clamp(curvature, -0.02, 0.02));
     has_line = road.map && road.ego.r[8] > 0.1;
   }
   if (has_line) {
@@ -316,7 +312,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     ground.curvature = shape.curvature;
     expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kLearned, ground);
     if (ground.expected.to_m - ground.expected.from_m >= kLeastLane_m) {
-      fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, ground);
+      kernels.fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, ground);
       level_sensor(ground, axes);
     }
   }
@@ -343,7 +339,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     if (!std::all_of(known.known, known.known + here, [](bool is_known) { return is_known; })) {
       if (!fitted && expects) expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kMap, shape);
       if (!fitted && !expects && road.has_pose && road.ego.pose.has_attitude) expect_way(road, shape);
-      if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
+      if (!fitted) kernels.fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
       fitted = true;
       sample_shape(axes, shape, guess);
       if (expects) {

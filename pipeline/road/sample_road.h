@@ -6,7 +6,7 @@
 
 #include "core/road_surface.h"
 #include "core/sensor_model.h"
-#include "kernels/running_ground.h"
+#include "kernels/kernel_table.h"
 #include "pipeline/road/road_data.h"
 
 namespace overtake {
@@ -25,8 +25,8 @@ namespace overtake {
 // than 6 m outside of the road: whether it comes back after that is not known.
 //   reads  road, sensor, images     writes  the rays at the columns of the span, each at its left edge; the last span
 //                                           also the ray at the image's right edge
-void sample_road(const RunningGroundParams& params, const RoadData& road, const SensorModel& sensor,
-                 Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad, const RoadSurface& surface,
-                 ColumnSpan columns = {}) noexcept;
+void sample_road(const KernelTable& kernels, const RunningGroundParams& params, const RoadData& road,
+                 const SensorModel& sensor, Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad,
+                 const RoadSurface& surface, ColumnSpan columns = {}) noexcept;
 
 }  // namespace overtake

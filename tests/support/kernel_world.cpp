@@ -394,6 +394,10 @@ void KernelWorld::run(const KernelTable& k, Kernel kernel) {
   if (const Step* step = find_step(kernel)) return run(k, *step);
   switch (kernel) {
     case Kernel::load_points: return load_points(k);
+    case Kernel::fit_road:
+      road_shape_ = RoadShape();
+      return k.fit_road(params_.running_ground, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, sensor.T_vehicle_sensor}, sensor,
+                        views.images.range_filled_m, views.images.elevation_filled_rad, road_shape_);
     case Kernel::merge_seams: {
       // The same scan in all three places, so there is something on both sides of each seam.
       MergeSeamsParams params = frame_params_.merge_seams;
@@ -445,7 +449,8 @@ void KernelWorld::run_all(const KernelTable& k, const Method& method) {
   run(k, Kernel::load_points);
   run_steps(k, method.segment);
   for (const Kernel kernel :
-       {Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle, Kernel::predict_paths, Kernel::place_path})
+       {Kernel::fit_road, Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle, Kernel::predict_paths,
+        Kernel::place_path})
     run(k, kernel);
 }
 
@@ -568,6 +573,7 @@ std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b, Columns whic
   for (int32_t c = 0; c < 7; ++c)
     look(compare_values("cars_out", a.cars_out_[c], b.cars_out_[c], std::size_t(a.path_count_ % 9 * 3)));
   if (a.cars_left_ != b.cars_left_) look("cars left");
+  if (std::memcmp(a.road_shape_.term, b.road_shape_.term, sizeof a.road_shape_.term) != 0) look("shape of the road");
   for (int32_t c = 0; c < 8; ++c)
     look(compare_values("path_out", a.path_out_[c], b.path_out_[c], std::size_t(a.path_count_)));
   if (f.inliers_ref != g.inliers_ref || f.inliers_var != g.inliers_var || f.from_var != g.from_var) look("fit inliers");

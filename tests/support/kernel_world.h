@@ -107,6 +107,7 @@ class KernelWorld {
   int32_t path_count_ = 0;
   int32_t kept_count_ = 0, merged_overflow_ = 0, fit_count_ = 0;
   RectangleFit fit_{};
+  RoadShape road_shape_;
 };
 
 const Step* find_step(Kernel kernel);  // null: no segmentation runs it

@@ -53,7 +53,7 @@ struct Sampled {
     offset_m.assign(nodes + 1, kGuard), slope.assign(nodes + 1, kGuard);
     for (auto* column : {&level_slope, &known_m, &bound_per_m, &last_bound_per_m})
       column->assign(std::size_t(rays) + 1, kGuard);
-    sample_road(paper_params(sensor).running_ground, road, sensor, scan.range, scan.elevation,
+    sample_road(*find_kernels("ref"), paper_params(sensor).running_ground, road, sensor, scan.range, scan.elevation,
                 {offset_m.data(), slope.data(), level_slope.data(), known_m.data(), bound_per_m.data(),
                  last_bound_per_m.data()});
     for (const auto* column : {&offset_m, &slope, &level_slope, &known_m, &bound_per_m, &last_bound_per_m}) {
