@@ -19,8 +19,7 @@ void fit_road(const RunningGroundParams& params, const RoadAxes& axes, const Sen
       GroundState<float> state = start_walk<float>(axes, shape);
       for (int32_t r = range_m.rows - 1; r >= 0; --r) {
         const float range = range_m.row(r)[columns[k]];
-        const RoadPixel<float> p =
-            place_pixel(axes, shape, range, elevation_rad.row(r)[columns[k]], sine, cosine);
+        const RoadPixel<float> p = place_pixel(axes, shape, range, elevation_rad.row(r)[columns[k]], sine, cosine);
         if (walk_pixel(block, axes, shape, pass.reach_m, p, range > 0.0f, state)) points.add(p.x, p.n, p.above_m);
       }
     }

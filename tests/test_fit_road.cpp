@@ -136,9 +136,7 @@ TEST_CASE("fit_road: the terms are the difference to the expected road; where it
 
 TEST_CASE("fit_road: every ISA writes the reference's bytes, for images of any size, with every source") {
   std::mt19937_64 random(7);
-  const auto draw = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
   const KernelTable* tables[8] = {};
   const int32_t count = list_kernels(tables);
   int32_t fitted = 0;

@@ -448,9 +448,8 @@ void KernelWorld::run_before(const KernelTable& k, Kernel kernel) {
 void KernelWorld::run_all(const KernelTable& k, const Method& method) {
   run(k, Kernel::load_points);
   run_steps(k, method.segment);
-  for (const Kernel kernel :
-       {Kernel::fit_road, Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle, Kernel::predict_paths,
-        Kernel::place_path})
+  for (const Kernel kernel : {Kernel::fit_road, Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle,
+                              Kernel::predict_paths, Kernel::place_path})
     run(k, kernel);
 }
 
