@@ -759,8 +759,8 @@ typedef struct ovt_tracks {
   const uint32_t* flags;             /* since 0.2: ovt_track_flag bits */
   /* null with preset paper */
   const double* existence;           /* probability that the track is a car, 0 to 1, after the newest frame of scans or
-                                        pushed rows. A car that was lost keeps its track and its id, OVT_TENTATIVE, with
-                                        at most 0.5 when it is lost */
+                                        pushed rows. A car that was lost, also by a prediction over a long time, keeps
+                                        its track and its id, OVT_TENTATIVE, with at most 0.5 when it is lost */
   const int32_t* object_class;       /* ovt_object_class of most of its detections; pushed rows have none */
   const int32_t* visibility;         /* ovt_visibility in the newest frame of scans or pushed rows; `flags` are of this
                                         frame, which may be older or a prediction */
