@@ -479,7 +479,9 @@ static inline ovt_points ovt_default_points(void) {
  * less twice the sum of tolerance and period; beyond that the one ahead is the suspect.
  * After a gap of over 1 s, or when a clock went back, the library accepts the third consistent stamp in a row, if more
  * sensors report the new time than deliver good stamps (OVT_FLAG_CLOCK_JUMP: the tracker restarts). The two scans
- * before it are counted as `dropped`. */
+ * before it are counted as `dropped`. Stamps are consistent if each is newer than the last by up to 1 s, or by up to
+ * 10 s and half to twice the step before: so a single sensor, or without sensors a source of detections, may be as
+ * slow as that, and its gaps up to twice its interval. */
 OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan);
 
 /* A scan in pieces (packets, lines), of any size and number: each call copies more points of the scan with this stamp,

@@ -362,6 +362,39 @@ TEST_CASE("frame_assembler: after a gap of over a second the third consistent st
   CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) == 0);
 }
 
+TEST_CASE("frame_assembler: a source alone may be slower than 1 Hz: after one restart of the clock all is used") {
+  for (const bool pushed : {false, true}) {
+    for (const int64_t interval_ms : {950, 1100, 2000, 5000}) {
+      CAPTURE(pushed);
+      CAPTURE(interval_ms);
+      Bench bench(pushed ? 0 : 1);
+      int64_t ms = 0;
+      const auto offer = [&](int64_t step_ms) {
+        ms += step_ms;
+        return pushed ? bench.external(ms) : bench.scan(0, ms);
+      };
+      int32_t refused = 0;
+      for (int64_t k = 0; k < 20; ++k) refused += offer(interval_ms + 20 * (k % 3)) != IntakeResult::kUsed;
+      CHECK(refused == (interval_ms > 1000 ? 2 : 0));
+      CHECK(bench.assembler.clock_jumps() == (interval_ms > 1000 ? 1 : 0));
+      CHECK(bench.assembler.take_settled().late_before_jump == (pushed ? 0 : refused));
+      if (interval_ms < 1000) continue;
+      CHECK(offer(2 * interval_ms) == IntakeResult::kUsed);  // one was lost
+      CHECK(offer(4 * interval_ms) == IntakeResult::kLate);
+    }
+  }
+}
+
+TEST_CASE("frame_assembler: a source alone whose intervals are longer than 10 s, or of any length, is not its clock") {
+  for (const std::vector<int64_t>& steps : {std::vector<int64_t>{11'000}, {1100, 2300}, {3000, 9000, 1200}}) {
+    Bench bench(0);
+    CHECK(bench.external(0) == IntakeResult::kUsed);
+    int64_t ms = 0;
+    for (std::size_t k = 0; k < 20; ++k) CHECK(bench.external(ms += steps[k % steps.size()]) == IntakeResult::kLate);
+    CHECK(bench.assembler.clock_jumps() == 0);
+  }
+}
+
 TEST_CASE("frame_assembler: held scans that belong to the new clock after a jump count as dropped") {
   Bench bench;
   for (int64_t k = 0; k < 3; ++k) bench.sweep(50 * k);
