@@ -731,7 +731,7 @@ typedef enum ovt_track_flag {        /* ovt_tracks.flags: a track's health */
 } ovt_track_flag;
 
 typedef enum ovt_visibility {        /* why a frame has a detection of a track, or none */
-  OVT_VISIBILITY_SEEN = 0,           /* it has one; a confirmed track: or a few points */
+  OVT_VISIBILITY_SEEN = 0,           /* it has one (debris, too), or points too few for one: unseen_s counts from it */
   OVT_VISIBILITY_MISSED = 1,         /* none, although a sensor could see the track's position */
   OVT_VISIBILITY_HIDDEN = 2,         /* none: another confirmed car is in front */
   OVT_VISIBILITY_OWN_SHADOW = 3,     /* none: blind zone straight behind, in the shadow of the own car's rear wing */

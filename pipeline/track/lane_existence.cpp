@@ -270,7 +270,7 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
   if (s.age < INT32_MAX) ++s.age;
   follow_map_use(s);
   s.is_new = 0;
-  s.visibility = hit ? Visibility::kSeen : visibility_[slot];
+  s.visibility = visibility_[slot];
   if (hit) {
     if (s.hits < INT32_MAX) ++s.hits;
     s.score += hit_score_[slot];
