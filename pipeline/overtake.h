@@ -523,10 +523,10 @@ typedef struct ovt_ego_pose {
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
 /* A frame uses the poses pushed before its last scan; the ground removal of preset best, which runs while scans arrive,
- * those pushed before the scan itself. Stamps must grow. The third increasing stamp in a row that is
- * over 0.5 s older means that the clock went back. A pose that is ahead of the expected next stamp by more than two
- * intervals and 10 ms returns OVT_OK and waits for the next pose: if that one continues from it, both are used, else
- * the waiting pose is dropped. Poses that stepped ahead of the sensors by more than frame.tolerance_s plus
+ * those pushed before the scan itself. Stamps must grow. The third increasing stamp in a row that is over 0.5 s older
+ * means that the clock went back. A pose that is newer than the last one by more than two intervals and 10 ms (150 ms
+ * while the interval is unknown) returns OVT_OK and waits for the next pose: if that one continues from it, both are
+ * used, else the waiting pose is dropped. Poses that stepped ahead of the sensors by more than frame.tolerance_s plus
  * frame.period_s, beyond their usual lead, are not used while they stay ahead: frames use the earlier poses, which
  * become stale, and set OVT_SUSPECT_EGO. OVT_BAD_ARGUMENT, and the pose is not used, for values that no car's pose has:
  * x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate beyond 100 rad/s, NaN.
