@@ -25,8 +25,10 @@ StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
   const bool continued = is_sensor && !s.continued && continues(source, stamp_ns);
   s.keeps_pace = is_sensor && keeps_pace(source, stamp_ns);
   if (is_sensor && (held_ >> source & 1u)) reject(source);
-  const int64_t step = difference_ns(stamp_ns, s.suspect_ns);
-  if (s.suspects == 0 || step <= 0 || step > max_gap_ns_) s.suspects = s.late = 0;
+  const bool is_first = s.suspects == 0;
+  const int64_t step_ns = is_first && !s.any ? 0 : difference_ns(stamp_ns, is_first ? s.good_ns : s.suspect_ns);
+  if (is_first || !is_consistent(step_ns, s.step_ns)) s.suspects = s.late = 0;
+  s.before_step_ns = std::exchange(s.step_ns, step_ns);
   s.suspects = std::min(s.suspects + 1, kAgreeing);
   s.suspect_ns = stamp_ns;
   if (others.good > 0) {
@@ -76,7 +78,7 @@ bool ClockWatch::is_good(int32_t source, int64_t stamp_ns, const Others& others)
   if (!any_) return true;
   const int64_t ahead = difference_ns(stamp_ns, newest_ns_);
   if (ahead < -kLateNs) return false;
-  if (others.good == 0) return ahead <= max_gap_ns_;
+  if (others.good == 0) return ahead <= longest_gap_ns(sources_[source]);
   const int64_t lead = difference_ns(stamp_ns, others.newest_ns);
   if (lead <= near_ns_) return true;
   if (source == kExternal || !continues(source, stamp_ns)) return false;
@@ -106,6 +108,21 @@ bool ClockWatch::keeps_pace(int32_t source, int64_t stamp_ns) const noexcept {
     time_ns = std::max(time_ns, since * interval_of(sources_[i]));
   }
   return difference_ns(stamp_ns, s.good_ns) <= tolerance_ns_ + time_ns;
+}
+
+// Whether a suspect stamp goes on from the one before it: by a short step, or, of a slow source, by about the same one.
+// (Of several sensors, frame.period tells how slow they are.)
+bool ClockWatch::is_consistent(int64_t step_ns, int64_t before_ns) const noexcept {
+  if (step_ns <= 0) return false;
+  if (step_ns <= max_gap_ns_) return true;
+  if (sensor_count_ > 1) return false;
+  return std::max(step_ns, before_ns) <= kSlowestNs && step_ns <= 2 * before_ns && before_ns <= 2 * step_ns;
+}
+
+// While no other source is good: of a slow source one stamp may be lost, as of any other.
+int64_t ClockWatch::longest_gap_ns(const Source& source) const noexcept {
+  if (source.interval_ns <= max_gap_ns_) return max_gap_ns_;
+  return std::max(max_gap_ns_, std::min(2 * source.interval_ns + tolerance_ns_, kSlowestNs));
 }
 
 int64_t ClockWatch::interval_of(const Source& source) const noexcept {
@@ -234,7 +251,11 @@ StampVerdict ClockWatch::jump(int32_t source, int64_t stamp_ns) noexcept {
       rejected_ |= 1u << i;
     }
   }
+  const Source& jumped = sources_[source];
+  const bool is_slow = jumped.suspects >= kAgreeing && std::min(jumped.step_ns, jumped.before_step_ns) > max_gap_ns_;
+  const int64_t interval_ns = is_slow ? std::min(jumped.step_ns, jumped.before_step_ns) : 0;
   for (Source& s : sources_) s = {};
+  sources_[source].interval_ns = sources_[source].before_ns = interval_ns;
   for (auto& who : heard_)
     for (Heard& heard : who) heard = {};
   held_ = 0;

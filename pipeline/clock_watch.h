@@ -10,7 +10,8 @@
 //   by more than the frame tolerance and a period           paused. Held until the other sensors deliver newer stamps.
 //                                                           Good if the sensor has delivered one stamp each interval
 //                                                           since then: the others lose scans
-//   no other sensor is good: more than 1 s ahead            suspect
+//   no other sensor is good: more than 1 s ahead, or of a   suspect
+//   slower source more than two intervals and the tolerance
 //   else                                                    good
 //
 // Sensor A is good evidence for sensor B while A is no suspect, and B has delivered at most one stamp more than usual
@@ -27,8 +28,10 @@
 //   returns to an earlier stamp
 //
 // Three suspects in a row of one source, each up to 1 s newer than the last, mean that the clock jumped, if more
-// sensors report the new time than deliver good stamps. In the first two rounds of three or more sensors, while only
-// one has a good stamp, the majority decides at once: the very first stamp may be the wrong one.
+// sensors report the new time than deliver good stamps. The steps of one sensor, or without sensors of the detections,
+// may be longer, up to 10 s, if each is half to twice the one before; from then on the source is known to be slow. In
+// the first two rounds of three or more sensors, while only one has a good stamp, the majority decides at once: the
+// very first stamp may be the wrong one.
 //
 // Two sensors form no majority. If one steps ahead, it is the suspect; if one steps back, neither is. If two drift
 // apart without a step, both are good up to the lateness that out-of-sequence frames allow; beyond it the one ahead is
@@ -104,22 +107,25 @@ class ClockWatch {
 
  private:
   static constexpr int32_t kAgreeing = 3;
-  static constexpr int32_t kMaxRatio = 16;  // largest ratio of two sources' rates
+  static constexpr int32_t kMaxRatio = 16;               // largest ratio of two sources' rates
+  static constexpr int64_t kSlowestNs = 10'000'000'000;  // interval of a source: the longest frame.period
   // A source whose suspect stamps the others contradicted by going on without it is not the clock before it has
   // delivered so many stamps without a good one of them: a short gap of all others does not make a wrong clock right.
   static constexpr int32_t kContradictedWait = 24;
   static_assert(kContradictedWait < 2 * kMaxRatio);
   struct Source {
-    bool any = false;         // had a good stamp
-    bool silent = false;      // according to the time from ovt_advance
-    bool back = false;        // stepped back and is still behind the others: no evidence against them
-    int64_t good_ns = 0;      // newest good stamp
-    int64_t interval_ns = 0;  // the shorter of its last two intervals between good stamps
-    int64_t before_ns = 0;    // the last interval
-    int32_t suspects = 0;     // increasing suspect stamps in a row
-    int32_t late = 0;         // suspects classified kLate
-    int64_t suspect_ns = 0;   // the last suspect stamp
-    bool continued = false;   // the last suspect continues the earlier stamps
+    bool any = false;            // had a good stamp
+    bool silent = false;         // according to the time from ovt_advance
+    bool back = false;           // stepped back and is still behind the others: no evidence against them
+    int64_t good_ns = 0;         // newest good stamp
+    int64_t interval_ns = 0;     // the shorter of its last two intervals between good stamps
+    int64_t before_ns = 0;       // the last interval
+    int32_t suspects = 0;        // increasing suspect stamps in a row
+    int32_t late = 0;            // suspects classified kLate
+    int64_t suspect_ns = 0;      // the last suspect stamp
+    int64_t step_ns = 0;         // from the stamp before it, of the first one from the newest good stamp
+    int64_t before_step_ns = 0;  // the step before that
+    bool continued = false;      // the last suspect continues the earlier stamps
     bool keeps_pace = false;  // the last suspect is no further from its last good stamp than the others came since then
     int64_t base_ns = 0;      // newest stamp of the others when this one was held
     int32_t named = 0;        // good stamps until the source is no longer a suspect
@@ -146,6 +152,8 @@ class ClockWatch {
   bool continues(int32_t source, int64_t stamp_ns) const noexcept;
   bool keeps_pace(int32_t source, int64_t stamp_ns) const noexcept;
   int64_t interval_of(const Source& source) const noexcept;
+  bool is_consistent(int64_t step_ns, int64_t before_ns) const noexcept;
+  int64_t longest_gap_ns(const Source& source) const noexcept;
   bool starts() const noexcept;
   bool is_good(int32_t source, int64_t stamp_ns, const Others& others) const noexcept;
   StampVerdict take_good(int32_t source, int64_t stamp_ns) noexcept;

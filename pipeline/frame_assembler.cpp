@@ -131,7 +131,7 @@ bool FrameAssembler::place_external(ExternalScan& scan) noexcept {
   Frame* frame = open(scan.stamp_ns, FrameKind::kExternal);
   if (!frame) return false;
   forget_classified(ClockWatch::kExternal, scan.stamp_ns);
-  recent_[ClockWatch::kExternal].add(scan.stamp_ns);
+  recent_[ClockWatch::kExternal].add(scan.stamp_ns, clock_.newest_ns());
   std::swap(frame->external, scan.table);
   frame->external_reference = scan.reference;
   frame->flags |= OVT_FLAG_EXTERNAL;
@@ -208,7 +208,7 @@ Frame* FrameAssembler::open(int64_t stamp_ns, FrameKind kind) noexcept {
 
 void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept {
   forget_classified(sensor, scan.stamp_ns);
-  recent_[sensor].add(scan.stamp_ns);
+  recent_[sensor].add(scan.stamp_ns, clock_.newest_ns());
   SensorPart& part = frame.sensors[sensor];
   std::swap(part.scan, scan.table);
   take_early(part, scan.early);

@@ -143,16 +143,32 @@ class FrameAssembler {
   int64_t near_ns() const noexcept { return clock_.near_ns(); }
 
  private:
-  // Recent stamps of a source that were used, to recognise repeated ones.
-  struct Recent {
-    static constexpr uint32_t kCapacity = 32;
-    int64_t stamp_ns[kCapacity] = {};
-    uint32_t count = 0;
-    bool holds(int64_t stamp) const noexcept {
-      return std::find(stamp_ns, stamp_ns + std::min(count, kCapacity), stamp) != stamp_ns + std::min(count, kCapacity);
+  // The used stamps of a source, those of the last kLateNs at least, to recognise repeated ones. Older ones are
+  // forgotten only when room is needed, so at 20 Hz a look-up compares with 32 stamps at most.
+  class Recent {
+   public:
+    bool holds(int64_t stamp_ns) const noexcept {
+      return std::find(stamps_ns_, stamps_ns_ + count_, stamp_ns) != stamps_ns_ + count_;
     }
-    bool is_last(int64_t stamp) const noexcept { return count > 0 && stamp_ns[(count - 1) % kCapacity] == stamp; }
-    void add(int64_t stamp) noexcept { stamp_ns[count++ % kCapacity] = stamp; }
+    bool is_last(int64_t stamp_ns) const noexcept { return count_ > 0 && stamps_ns_[count_ - 1] == stamp_ns; }
+    void add(int64_t stamp_ns, int64_t newest_ns) noexcept {
+      if (count_ == room_) forget_late(newest_ns);
+      stamps_ns_[count_++] = stamp_ns;
+    }
+
+   private:
+    static constexpr int32_t kFew = 32, kCapacity = 512;  // of kLateNs at the shortest frame.period, 1 ms
+    void forget_late(int64_t newest_ns) noexcept {
+      int64_t* end = std::remove_if(stamps_ns_, stamps_ns_ + count_, [newest_ns](int64_t stamp_ns) {
+        return difference_ns(newest_ns, stamp_ns) > kLateNs;
+      });
+      if (end == stamps_ns_ + kCapacity) end = std::move(stamps_ns_ + 1, end, stamps_ns_);
+      count_ = int32_t(end - stamps_ns_);
+      room_ = std::clamp(2 * count_, kFew, kCapacity);
+    }
+
+    int64_t stamps_ns_[kCapacity] = {};  // in the order of their use
+    int32_t count_ = 0, room_ = kFew;
   };
 
   // Pushed detections that wait for the sensors.

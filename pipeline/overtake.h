@@ -479,7 +479,9 @@ static inline ovt_points ovt_default_points(void) {
  * less twice the sum of tolerance and period; beyond that the one ahead is the suspect.
  * After a gap of over 1 s, or when a clock went back, the library accepts the third consistent stamp in a row, if more
  * sensors report the new time than deliver good stamps (OVT_FLAG_CLOCK_JUMP: the tracker restarts). The two scans
- * before it are counted as `dropped`. */
+ * before it are counted as `dropped`. Stamps are consistent if each is newer than the last by up to 1 s, or by up to
+ * 10 s and half to twice the step before: so a single sensor, or without sensors a source of detections, may be as
+ * slow as that, and its gaps up to twice its interval. */
 OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan);
 
 /* A scan in pieces (packets, lines), of any size and number: each call copies more points of the scan with this stamp,
@@ -521,10 +523,10 @@ typedef struct ovt_ego_pose {
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
 /* A frame uses the poses pushed before its last scan; the ground removal of preset best, which runs while scans arrive,
- * those pushed before the scan itself. Stamps must grow. The third increasing stamp in a row that is
- * over 0.5 s older means that the clock went back. A pose that is ahead of the expected next stamp by more than two
- * intervals and 10 ms returns OVT_OK and waits for the next pose: if that one continues from it, both are used, else
- * the waiting pose is dropped. Poses that stepped ahead of the sensors by more than frame.tolerance_s plus
+ * those pushed before the scan itself. Stamps must grow. The third increasing stamp in a row that is over 0.5 s older
+ * means that the clock went back. A pose that is newer than the last one by more than two intervals and 10 ms (150 ms
+ * while the interval is unknown) returns OVT_OK and waits for the next pose: if that one continues from it, both are
+ * used, else the waiting pose is dropped. Poses that stepped ahead of the sensors by more than frame.tolerance_s plus
  * frame.period_s, beyond their usual lead, are not used while they stay ahead: frames use the earlier poses, which
  * become stale, and set OVT_SUSPECT_EGO. OVT_BAD_ARGUMENT, and the pose is not used, for values that no car's pose has:
  * x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate beyond 100 rad/s, NaN.
@@ -729,7 +731,7 @@ typedef enum ovt_track_flag {        /* ovt_tracks.flags: a track's health */
 } ovt_track_flag;
 
 typedef enum ovt_visibility {        /* why a frame has a detection of a track, or none */
-  OVT_VISIBILITY_SEEN = 0,           /* it has one; a confirmed track: or a few points */
+  OVT_VISIBILITY_SEEN = 0,           /* it has one (debris, too), or points too few for one: unseen_s counts from it */
   OVT_VISIBILITY_MISSED = 1,         /* none, although a sensor could see the track's position */
   OVT_VISIBILITY_HIDDEN = 2,         /* none: another confirmed car is in front */
   OVT_VISIBILITY_OWN_SHADOW = 3,     /* none: blind zone straight behind, in the shadow of the own car's rear wing */
@@ -759,8 +761,8 @@ typedef struct ovt_tracks {
   const uint32_t* flags;             /* since 0.2: ovt_track_flag bits */
   /* null with preset paper */
   const double* existence;           /* probability that the track is a car, 0 to 1, after the newest frame of scans or
-                                        pushed rows. A car that was lost keeps its track and its id, OVT_TENTATIVE, with
-                                        at most 0.5 when it is lost */
+                                        pushed rows. A car that was lost, also by a prediction over a long time, keeps
+                                        its track and its id, OVT_TENTATIVE, with at most 0.5 when it is lost */
   const int32_t* object_class;       /* ovt_object_class of most of its detections; pushed rows have none */
   const int32_t* visibility;         /* ovt_visibility in the newest frame of scans or pushed rows; `flags` are of this
                                         frame, which may be older or a prediction */

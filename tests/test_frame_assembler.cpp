@@ -59,8 +59,8 @@ class FakeRunner final : public FrameRunner {
 
 class Bench {
  public:
-  explicit Bench(int32_t sensor_count = kSensors)
-      : ego(16), runner(pool), assembler(params(sensor_count), pool, ego, runner) {
+  explicit Bench(int32_t sensor_count = kSensors, int64_t period_ns = 50 * kMs)
+      : ego(16), runner(pool), assembler(params(sensor_count, period_ns), pool, ego, runner) {
     FrameSizes sizes;
     SensorModel model = make_sensor_model(4, 8, 1, -1, false, 0.5, 100);
     const SensorModel models[kSensors] = {model, model, model};
@@ -83,10 +83,11 @@ class Bench {
     scan_.ego = ego.range();
     return assembler.take_scan(sensor, scan_);
   }
-  IntakeResult external(int64_t ms, int32_t count = 2) {
+  IntakeResult external(int64_t ms, int32_t count = 2) { return external_ns(ms * kMs, count); }
+  IntakeResult external_ns(int64_t ns, int32_t count = 2) {
     rows_.table.count = count;
     for (int32_t i = 0; i < count; ++i) rows_.table.x_m[i] = double(i);
-    rows_.stamp_ns = ms * kMs;
+    rows_.stamp_ns = ns;
     rows_.ego = ego.range();
     return assembler.take_external(rows_);
   }
@@ -109,9 +110,11 @@ class Bench {
   FrameAssembler assembler;
 
  private:
-  static AssemblerParams params(int32_t sensor_count) {
+  static AssemblerParams params(int32_t sensor_count, int64_t period_ns) {
     AssemblerParams p;
     p.sensor_count = sensor_count;
+    p.period_ns = period_ns;
+    p.tolerance_ns = period_ns / 2;
     return p;
   }
   Arena arena_;
@@ -253,6 +256,34 @@ TEST_CASE("frame_assembler: a repeated stamp of a sensor is a duplicate, also ou
   CHECK(bench.count() == 6);
 }
 
+TEST_CASE("frame_assembler: repeated stamps of half a second are duplicates, also at 1 kHz and in any order") {
+  for (const int64_t period_ms : {50, 10, 2, 1}) {
+    for (const bool pushed : {false, true}) {
+      CAPTURE(period_ms);
+      CAPTURE(pushed);
+      Bench bench(pushed ? 0 : 1, period_ms * kMs);
+      const auto offer = [&](int64_t ms) { return pushed ? bench.external(ms) : bench.scan(0, ms); };
+      int32_t used = 0, again = 0;
+      for (int64_t ms = 0; ms < 3000; ms += 2 * period_ms) {  // each second one is out of sequence
+        used += offer(ms + period_ms) == IntakeResult::kUsed;
+        used += offer(ms) == IntakeResult::kUsed;
+      }
+      CHECK(used == 3000 / period_ms);
+      const int64_t newest_ms = 3000 - period_ms;
+      for (int64_t ms = newest_ms; ms >= newest_ms - 500; ms -= period_ms)
+        again += offer(ms) != IntakeResult::kDuplicate;
+      CHECK(again == 0);
+    }
+  }
+}
+
+TEST_CASE("frame_assembler: of more stamps than half a second has at 1 kHz, the last used ones are duplicates") {
+  Bench bench(0);
+  for (int64_t k = 0; k < 3000; ++k) REQUIRE(bench.external_ns(k * kMs / 4) == IntakeResult::kUsed);
+  for (int64_t k = 2999; k > 2999 - 500; --k) REQUIRE(bench.external_ns(k * kMs / 4) == IntakeResult::kDuplicate);
+  CHECK(bench.external_ns(1001 * kMs / 4) == IntakeResult::kUsed);
+}
+
 TEST_CASE("frame_assembler: a clock that goes back by whole periods restarts at its third stamp, a used one") {
   for (const int64_t back : {20, 30}) {  // periods: 1 and 1.5 s
     CAPTURE(back);
@@ -329,6 +360,39 @@ TEST_CASE("frame_assembler: after a gap of over a second the third consistent st
   CHECK(bench.assembler.take_settled().late_before_jump == 6);  // they belong to the new clock
   bench.sweep(5150);
   CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) == 0);
+}
+
+TEST_CASE("frame_assembler: a source alone may be slower than 1 Hz: after one restart of the clock all is used") {
+  for (const bool pushed : {false, true}) {
+    for (const int64_t interval_ms : {950, 1100, 2000, 5000}) {
+      CAPTURE(pushed);
+      CAPTURE(interval_ms);
+      Bench bench(pushed ? 0 : 1);
+      int64_t ms = 0;
+      const auto offer = [&](int64_t step_ms) {
+        ms += step_ms;
+        return pushed ? bench.external(ms) : bench.scan(0, ms);
+      };
+      int32_t refused = 0;
+      for (int64_t k = 0; k < 20; ++k) refused += offer(interval_ms + 20 * (k % 3)) != IntakeResult::kUsed;
+      CHECK(refused == (interval_ms > 1000 ? 2 : 0));
+      CHECK(bench.assembler.clock_jumps() == (interval_ms > 1000 ? 1 : 0));
+      CHECK(bench.assembler.take_settled().late_before_jump == (pushed ? 0 : refused));
+      if (interval_ms < 1000) continue;
+      CHECK(offer(2 * interval_ms) == IntakeResult::kUsed);  // one was lost
+      CHECK(offer(4 * interval_ms) == IntakeResult::kLate);
+    }
+  }
+}
+
+TEST_CASE("frame_assembler: a source alone whose intervals are longer than 10 s, or of any length, is not its clock") {
+  for (const std::vector<int64_t>& steps : {std::vector<int64_t>{11'000}, {1100, 2300}, {3000, 9000, 1200}}) {
+    Bench bench(0);
+    CHECK(bench.external(0) == IntakeResult::kUsed);
+    int64_t ms = 0;
+    for (std::size_t k = 0; k < 20; ++k) CHECK(bench.external(ms += steps[k % steps.size()]) == IntakeResult::kLate);
+    CHECK(bench.assembler.clock_jumps() == 0);
+  }
 }
 
 TEST_CASE("frame_assembler: held scans that belong to the new clock after a jump count as dropped") {

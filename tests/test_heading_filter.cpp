@@ -154,6 +154,29 @@ TEST_CASE("heading filter: frames that come up to 0.5 s late change no bit of wh
   }
 }
 
+TEST_CASE(
+    "heading filter: pushed detections that come 0.5 s late use the walls of sorted order, however long their lead") {
+  const Truth truth;
+  for (const int64_t step_ms : {4, 50, 100}) {
+    const int64_t lead_ns = (step_ms == 4 ? 50 : step_ms) * kMs * 3 / 2;  // a period and half of it as tolerance
+    CAPTURE(step_ms);
+    std::vector<Frame> frames = frames_of(truth, 60);
+    for (std::size_t i = 0; i < frames.size(); ++i) frames[i].stamp_ns = kStart + int64_t(i) * step_ms * kMs;
+    HeadingFilter filter(params(), kSensors, default_allocator(), lead_ns);
+    std::vector<HeadingFilter::State> expected;
+    int32_t differ = 0;
+    const std::size_t back = std::size_t(500 / step_ms);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      add(filter, frames[i]);
+      expected.push_back(filter.at(frames[i].stamp_ns - lead_ns));
+      if (i < back) continue;
+      const HeadingFilter::State &got = filter.at(frames[i - back].stamp_ns - lead_ns), &then = expected[i - back];
+      differ += std::memcmp(got.x, then.x, sizeof got.x) != 0 || std::memcmp(got.p, then.p, sizeof got.p) != 0;
+    }
+    CHECK(differ == 0);
+  }
+}
+
 TEST_CASE("heading filter: a frame over 0.5 s late changes nothing") {
   const Truth truth;
   const std::vector<Frame> frames = frames_of(truth, 3);

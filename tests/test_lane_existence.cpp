@@ -14,7 +14,7 @@
 namespace {
 
 using namespace overtake;
-using test::kFrame_s, test::LaneBench, test::make_ring, test::seen_car;
+using test::kFrame_s, test::LaneBench, test::make_ring, test::ns_of, test::seen_car;
 
 }  // namespace
 
@@ -445,6 +445,35 @@ TEST_CASE(
     }
     CHECK(bench.rows.count == 1);  // it keeps its id until it is silent
     return (k - 40) * kFrame_s;
+  };
+  CHECK(lasts_s(4, 1e3) == doctest::Approx(4).epsilon(0.03));
+  CHECK(lasts_s(2, 1e3) == doctest::Approx(2).epsilon(0.06));
+  CHECK(lasts_s(4, 1) < 3);
+}
+
+TEST_CASE("lane existence: a prediction loses a car after coast_s or when its place is uncertain, for itself only") {
+  const auto lasts_s = [](double coast_s, double coast_sigma_m) {
+    TrackerParams params = LaneBench::of_best();
+    params.lane.coast_s = coast_s, params.lane.coast_sigma_m = coast_sigma_m;
+    LaneBench bench(nullptr, params);
+    const TrackId id = bench.follow(40);
+    REQUIRE(bench.is_confirmed());
+    const double score = bench.state().score;
+    const int64_t begin_ns = bench.input.stamp_ns;
+    int32_t k = 1;
+    for (; k < 200; ++k) {
+      bench.tracker->predict(begin_ns + ns_of(k), bench.rows, bench.states);
+      REQUIRE(bench.rows.count == 1);  // it keeps its id until it is silent
+      CHECK(bench.rows.id[0] == id);
+      if (!bench.is_confirmed()) break;
+      CHECK(bench.state().score == score);
+    }
+    bench.publish_at(begin_ns + ns_of(k));
+    CHECK(bench.told.existence[0] <= 0.5);
+    bench.tracker->snapshot(bench.rows, bench.states);
+    CHECK(bench.is_confirmed());
+    CHECK(bench.state().score == score);
+    return k * kFrame_s;
   };
   CHECK(lasts_s(4, 1e3) == doctest::Approx(4).epsilon(0.03));
   CHECK(lasts_s(2, 1e3) == doctest::Approx(2).epsilon(0.06));

@@ -84,6 +84,34 @@ TEST_CASE(
   CHECK(come_back(0, false));  // a cluster shows that it is a car
 }
 
+TEST_CASE(
+    "lane identity: a lost car that a single row shows is still a lost one, and keeps its id after the next gap") {
+  LaneBench bench;
+  int32_t k = 0;
+  const auto go = [&](int32_t frames, bool is_seen) {
+    for (int32_t i = 0; i < frames; ++i, ++k) {
+      bench.ego_at(20 * kFrame_s * k);
+      bench.input.ego.speed_mps = 20;
+      Measurement z = pushed_row(20 + 20 * kFrame_s * k, 3, k);
+      z.var_x = z.var_y = 1.0;
+      bench.step(k, is_seen ? std::vector{z} : std::vector<Measurement>{});
+    }
+  };
+  go(4, true);
+  REQUIRE(bench.is_confirmed());
+  const TrackId id = bench.rows.id[0];
+  go(4, false);
+  REQUIRE(bench.state().stage == LaneStage::kLost);
+  go(1, true);
+  go(1, false);
+  REQUIRE(bench.tracker->counts().joined == 1);
+  CHECK(bench.state().stage == LaneStage::kLost);
+  go(8, false);
+  go(8, true);
+  REQUIRE(bench.confirmed() == 1);
+  CHECK(bench.rows.id[0] == id);
+}
+
 TEST_CASE("lane identity: where all rows are pushed, a track rather stays without one than takes a far one") {
   // How far aside the track of a car takes a row. A cluster far away makes the frames no frames of pushed rows only.
   const auto reach_m = [](bool only_rows) {

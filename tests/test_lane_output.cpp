@@ -138,6 +138,30 @@ TEST_CASE("lane tracker: the visibility tells why a car has no detection, and th
   CHECK(bench.told.unseen_s[0] == 0);
 }
 
+TEST_CASE("lane tracker: a track that a detection or faint points updated is seen, also where they are no hit of it") {
+  for (const bool faint : {false, true}) {
+    CAPTURE(faint);
+    LaneBench bench;
+    bench.follow(2);
+    for (int32_t k = 2; k < 4; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+      z.debris = !faint, z.faint = faint, z.points = 2;
+      bench.step(k, {z});
+      REQUIRE(bench.rows.count == 1);
+      REQUIRE_FALSE(bench.is_confirmed());
+      CHECK(bench.state().history == (k == 2 ? 0b110 : 0b1100));
+      bench.publish_at(bench.input.stamp_ns);
+      CHECK(Visibility(bench.told.visibility[0]) == Visibility::kSeen);
+      CHECK(bench.told.unseen_s[0] == 0);
+      CHECK(bench.published.detection[0] == (faint ? -1 : 0));
+    }
+    bench.step(4, {});
+    bench.publish_at(bench.input.stamp_ns);
+    CHECK(Visibility(bench.told.visibility[0]) == Visibility::kMissed);
+  }
+}
+
 TEST_CASE("lane tracker: a track that goes on for another one has its visibility") {
   LaneBench bench;
   bench.follow(40);

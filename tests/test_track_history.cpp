@@ -177,6 +177,20 @@ TEST_CASE("track history: a frame older than the history, or than the first fram
   CHECK(restarted.last.refiltered == 1);
 }
 
+TEST_CASE("track history: a restart before the first frame makes no frame late") {
+  TrackerBench bench;
+  bench.tracker.restart();
+  bench.step(1.0, {{10, 0}});
+  bench.step(0.9, {{10, 0}});
+  CHECK_FALSE(bench.last.late);
+  CHECK(bench.last.refiltered == 1);
+  bench.tracker.restart();
+  bench.tracker.restart();  // the first one dropped iterations
+  bench.step(1.0, {{10, 0}});
+  bench.step(0.9, {{10, 0}});
+  CHECK(bench.last.late);
+}
+
 TEST_CASE("track history: with room for one iteration every older frame is late") {
   TrackerParams p;
   p.history_iterations = 1;

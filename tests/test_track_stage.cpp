@@ -286,6 +286,18 @@ TEST_CASE("track stage: an older frame is filtered again and counted, one too ol
   CHECK(bench.frame.tracks.hits[0] == 7);
 }
 
+TEST_CASE("track stage: the first frame with an ego pose makes an older one late only if it deleted iterations") {
+  for (const bool has_iterations : {false, true}) {
+    CAPTURE(has_iterations);
+    Bench bench;
+    if (has_iterations) bench.run(1000 * kMs, -1);  // in the vehicle frame
+    bench.run(1100 * kMs, 0);
+    bench.run(1050 * kMs, 0);
+    CHECK(bench.stage.tracker().counts().late_frames == int64_t(has_iterations));
+    CHECK(bench.frame.refiltered == (has_iterations ? 0 : 1));
+  }
+}
+
 TEST_CASE("track stage: a prediction and a frame without ego pose do not change the tracks") {
   Bench asked, quiet;
   for (Bench* bench : {&asked, &quiet})

@@ -68,8 +68,9 @@ double HeadingFilter::State::variance(const HeadingCause& cause, int32_t sensor,
   return std::max(sum, 0.0);
 }
 
-HeadingFilter::HeadingFilter(const HeadingFilterParams& params, int32_t sensor_count, const Allocator& allocator)
-    : params_(params), sensor_count_(sensor_count), base_(first_state()) {
+HeadingFilter::HeadingFilter(const HeadingFilterParams& params, int32_t sensor_count, const Allocator& allocator,
+                             int64_t lead_ns)
+    : params_(params), sensor_count_(sensor_count), kept_ns_(2 * kLagNs + lead_ns), base_(first_state()) {
   arena_.build_or_throw(allocator, [this](Carver& carver) { entries_ = carver.take<Entry>(std::size_t(kCapacity)); });
 }
 
@@ -158,7 +159,7 @@ void HeadingFilter::add(int64_t stamp_ns, const HeadingCause& cause, const WallH
   if (std::none_of(walls, walls + sensor_count_, [](const WallHeading& w) { return w.valid; })) return;
   if (count_ == kCapacity) {
     int32_t old = 1;
-    while (old < count_ && difference_ns(newest_ns_, entries_[old].stamp_ns) > kKeptNs) ++old;
+    while (old < count_ && difference_ns(newest_ns_, entries_[old].stamp_ns) > kept_ns_) ++old;
     base_ = entries_[old - 1].after;
     std::move(entries_ + old, entries_ + count_, entries_);
     count_ -= old;

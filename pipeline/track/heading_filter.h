@@ -63,9 +63,10 @@ class HeadingFilter {
     double variance(const HeadingCause& cause, int32_t sensor, int32_t sensor_count) const noexcept;
   };
 
-  // Throws std::bad_alloc when the allocator has no memory.
+  // Throws std::bad_alloc when the allocator has no memory. lead_ns: at() is asked for stamps that are up to so much
+  // older than those of the frames that ask.
   HeadingFilter(const HeadingFilterParams& params, int32_t sensor_count,
-                const Allocator& allocator = default_allocator());
+                const Allocator& allocator = default_allocator(), int64_t lead_ns = 0);
 
   // The walls of a frame; walls[sensor_count]. Frames may come out of sequence. A frame that is kLagNs older than the
   // newest one changes nothing.
@@ -80,9 +81,9 @@ class HeadingFilter {
   int32_t sensor_count() const noexcept { return sensor_count_; }
 
  private:
-  // Frames with walls of kKeptNs, what late frames and their lag may need, at up to 256 a second.
-  static constexpr int32_t kCapacity = 256;
-  static constexpr int64_t kKeptNs = 2 * kLagNs;
+  // Frames with walls of kept_ns_, what late frames, their lead and their lag may need, at up to 256 a second and with
+  // a lead of up to 0.25 s.
+  static constexpr int32_t kCapacity = 320;
   struct Entry {
     int64_t stamp_ns;
     HeadingCause cause;
@@ -99,6 +100,7 @@ class HeadingFilter {
 
   const HeadingFilterParams params_;
   const int32_t sensor_count_;
+  const int64_t kept_ns_;
   Arena arena_;
   State base_;  // before the oldest entry
   Entry* entries_ = nullptr;

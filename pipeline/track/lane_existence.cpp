@@ -248,6 +248,13 @@ void LanePolicy::lose(State& s) const noexcept {
   s.score = std::min(s.score, 0.0);
 }
 
+// A prediction runs no iteration, but its time counts: no place may be published as that of a known car for ever.
+LaneTrack LanePolicy::publishable(const State& s, bool) const noexcept {
+  State published = s;
+  if (is_confirmed(s) && has_coasted(s, lane_.coast_sigma_m)) lose(published);
+  return published;
+}
+
 // No sensor looks where the car is: no miss.
 void LanePolicy::leave_view(State& s) const noexcept {
   s.visibility = Visibility::kOutside;
@@ -263,7 +270,7 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
   if (s.age < INT32_MAX) ++s.age;
   follow_map_use(s);
   s.is_new = 0;
-  s.visibility = hit ? Visibility::kSeen : visibility_[slot];
+  s.visibility = visibility_[slot];
   if (hit) {
     if (s.hits < INT32_MAX) ++s.hits;
     s.score += hit_score_[slot];

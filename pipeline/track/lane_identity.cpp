@@ -178,7 +178,7 @@ bool LanePolicy::join(State& s, const State& younger, bool younger_is_newer) con
   if (younger_is_newer) s.visibility = younger.visibility;
   s.class_votes = limit_votes(elder.class_votes + younger.class_votes);
   if (is_confirmed(younger) && !is_confirmed(elder)) s.score = std::max(elder.score, younger.score);
-  if (is_confirmed(elder) || is_confirmed(younger)) s.stage = LaneStage::kConfirmed;
+  s.stage = is_confirmed(younger) ? LaneStage::kConfirmed : elder.stage;
   s.is_new = 0;
   return takes_over;
 }

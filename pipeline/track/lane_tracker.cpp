@@ -407,6 +407,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;
   s.unseen_s = 0.0;
+  visibility_[slot] = Visibility::kSeen;  // also where the detection is no hit
   look_at_lane(s);
   if (dt_s < 0.0) move(s, -dt_s, false);
 }

@@ -63,7 +63,7 @@ class LanePolicy {
   State initiate(const Measurement& z, const Iteration& it) const noexcept;
   bool record(int32_t slot, State& s, bool hit) const noexcept;
   bool is_confirmed(const State& s) const noexcept { return s.stage == LaneStage::kConfirmed; }
-  State publishable(const State& s, bool) const noexcept { return s; }
+  State publishable(const State& s, bool) const noexcept;
   void write(const State& s, TrackTable& t, std::size_t i) const noexcept;
   void leave_view(State& s) const noexcept;
   void write_optional(const State& s, OptionalTrackTable& t, std::size_t i) const noexcept;

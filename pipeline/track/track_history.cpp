@@ -67,8 +67,8 @@ bool TrackHistory::limited_from(int32_t place) const noexcept {
 }
 
 void TrackHistory::clear() noexcept {
+  reaches_back_ = reaches_back_ && count_ == 0;
   count_ = 0;
-  reaches_back_ = false;
 }
 
 }  // namespace overtake

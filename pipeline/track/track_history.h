@@ -21,7 +21,7 @@ class TrackHistory {
   int32_t find_place(int64_t stamp_ns) const noexcept;
   // Makes room at `place`. A full history drops its oldest iteration and updates `place`.
   Iteration& insert(int32_t& place) noexcept;
-  // Drops all iterations; a frame older than the next iteration will be late.
+  // Drops all iterations; a frame older than the next iteration will be late, unless there was no iteration yet.
   void clear() noexcept;
 
   // Steps that the iterations from `place` on took in their last runs, and whether the work limit shortened one of

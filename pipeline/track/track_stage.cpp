@@ -71,10 +71,13 @@ void widen(const TrackerParams& params, double variance, Measurement& z) noexcep
 }  // namespace
 
 TrackStage::TrackStage(const StageContext& context, const TrackerParams& params, const Allocator& allocator)
-    : context_(context), params_(params), tracker_(context.method->make_tracker(params, context.map, allocator)) {
+    : context_(context),
+      params_(params),
+      lead_ns_(int64_t(params.lead_s * 1e9 + 0.5)),
+      tracker_(context.method->make_tracker(params, context.map, allocator)) {
   const auto& rules = context.method->frame;
   if (std::any_of(rules.begin(), rules.end(), [](const FrameRule& rule) { return rule.run == &measure_walls; }))
-    heading_ = std::make_unique<HeadingFilter>(context.detect.ego_heading, context.sensor_count, allocator);
+    heading_ = std::make_unique<HeadingFilter>(context.detect.ego_heading, context.sensor_count, allocator, lead_ns_);
 }
 
 // Finds the correction for this frame, then gives the frame's walls to the filter.
@@ -89,7 +92,7 @@ void TrackStage::correct_heading(Frame& frame) noexcept {
   cause_ = cause_of(turning.pose);
   if (frame.kind == FrameKind::kScans && !frame.failed) heading_->add(frame.stamp_ns, cause_, frame.walls);
   // The same walls in any order of arrival: a scan may be late by more against detections that were ahead.
-  const int64_t lead_ns = frame.kind == FrameKind::kExternal ? int64_t(params_.lead_s * 1e9 + 0.5) : 0;
+  const int64_t lead_ns = frame.kind == FrameKind::kExternal ? lead_ns_ : 0;
   learned_ = heading_->at(later_ns(frame.stamp_ns, -lead_ns));
   for (int32_t i = 0; i < corrected_.count; ++i) {
     EgoPose& pose = corrected_.poses[i];

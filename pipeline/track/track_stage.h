@@ -57,6 +57,7 @@ class TrackStage {
 
   const StageContext& context_;
   TrackerParams params_;
+  const int64_t lead_ns_;  // pushed detections may be ahead of scans by this much
   std::unique_ptr<FrameTracker> tracker_;
   std::unique_ptr<HeadingFilter> heading_;  // null: the method measures no walls
   EgoWindow corrected_;                     // of the frame under way: poses with corrected headings, without constants
