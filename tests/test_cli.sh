@@ -506,6 +506,16 @@ expect "label of a log alone" "$overtake" label race.mcap --frame 3 --out labels
 expect "label with its rig" "$overtake" label race.mcap --rig race/rig.toml --frame 3 --out labels_given --quiet
 diff -rq labels_own labels_given || fail "label takes another rig than the log's"
 
+# ---- banking of the opposite sign is turned round, and said
+awk -F, 'BEGIN { OFS = "," } NR > 1 { $5 = "-" $5 } 1' race/map.csv >minus.csv
+turned="minus.csv: its banking has the opposite sign (positive: the right side is higher): it is turned round"
+[[ $(run_hash race.mcap --map minus.csv) == "$own" ]] || fail "banking of the opposite sign gives other results"
+grep -qxF "note: $turned" stdout || fail "run turns banking round and does not say so: $(cat stdout)"
+"$overtake" doctor race.mcap --map minus.csv >stdout || fail "doctor of banking of the opposite sign: $(cat stdout)"
+grep -qxF "note   map: $turned" stdout || fail "doctor does not say that banking is turned round: $(cat stdout)"
+awk -F, 'BEGIN { OFS = "," } NR > 1 { $5 = $5 * 57.3 } 1' race/map.csv >degrees.csv
+refuse "degrees.csv:2:*: banking_rad is beyond 1 rad (degrees[?])" run race.mcap --map degrees.csv --out out
+
 # ---- a map that the ego vehicle never enters: reported, with exit code 3; doctor finds it
 printf 'x_m,y_m,w_tr_right_m,w_tr_left_m\n5000,5000,8,8\n5100,5000,8,8\n5200,5000,8,8\n' >elsewhere.csv
 off='the ego vehicle is outside of this map in [0-9]* of [0-9]* frames, by up to [0-9]*[.][0-9] m'

@@ -190,6 +190,7 @@ int track(const Options& options) {
   if (!options.quiet && held > 0)
     std::printf("note: %s after a gap of more than a second: no rows in tracks.csv until the next ones confirmed it\n",
                 io::counted(held, "scan").c_str());
+  if (!options.quiet && !session.map_note().empty()) std::printf("note: %s\n", printable(session.map_note()).c_str());
   if (!options.quiet)
     for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (interrupted())

@@ -388,10 +388,12 @@ void Doctor::set_map(const io::MapData& map, const std::string& file, const ovt_
                                      nullptr, int32_t(map.x_m.size()), map.closed, &wrong);
   if (!good) throw io::Error(file, 0, wrong);
   map_file_ = file;
+  banking_turned_ = map.banking_turned;
   map_margin_m_ = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
 }
 
 void Doctor::judge_place(std::vector<Finding>& out) const {
+  if (banking_turned_) out.push_back({false, "map", map_file_ + ": " + io::kBankingTurned, ""});
   if (map_.empty() || ego_.empty()) return;
   int64_t off = 0;
   double farthest_m = 0;

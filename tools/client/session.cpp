@@ -114,6 +114,7 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
   if (!config.map.empty()) {
     map = io::read_map(config.map);
     map_def = to_map_def(map);
+    if (map.banking_turned) map_note_ = config.map + ": " + io::kBankingTurned;
   }
   std::vector<ovt_sensor_def> sensors;
   for (const io::RigSensor& sensor : rig_.sensors) sensors.push_back(to_sensor_def(sensor));
