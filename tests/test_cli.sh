@@ -465,6 +465,10 @@ for command in info doctor run; do
   grep -q $'\e' stdout stderr && fail "$command lets an escape sequence of the file through: $(cat -v stdout stderr)"
   cat stdout stderr >both
 done
+misuse "*'much' is not a size of 1M or more (4G, 512M)*" --max-memory much run scene "${av21[@]}"
+misuse "run: --out is required (overtake run --help)" --max-memory 4G run scene --rig av21
+misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" --max-memory 4G rnu scene
+misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" --max-memory=4G rnu scene
 "$overtake" info escape.mcap >stdout 2>stderr
 for shown in 'of profile ros2\x1b[2J' '/front\x1b[2J' 'attachment \x1b[2J.txt'; do
   grep -qF "$shown" stdout || fail "info does not show $shown: $(cat -v stdout)"
