@@ -219,6 +219,18 @@ refuse "narrow.csv:3:11: width_m is not positive" track narrow.csv --out out
 printf 'stamp_ns,x_m,y_m,score\n0,1,2,0.5\n1,1,2,87\n' >percent.csv
 refuse "percent.csv:3:7: score is not between 0 and 1" track percent.csv --out out
 refuse "tall.csv:3:7: height_m 'tall' is not a number" track tall.csv --out out
+printf 'stamp_ns,x_m,y_m,var_x,var_y\n0,1,2,0.1,0.1\n1,1,2,0.1,-0.1\n' >unsure.csv
+refuse "unsure.csv:3:11: var_y is negative" track unsure.csv --out out
+sed -i 's/-0.1/0.1/; s/1,2,0.1/1,2,-0.1/' unsure.csv
+refuse "unsure.csv:2:7: var_x is negative" track unsure.csv --out out
+{ echo stamp_ns,x_m,y_m; for i in {1..300}; do echo "7,$((i * 10)),5"; done; } >many.csv
+refuse "many.csv: scan 7 has 300 rows, at most 256 are taken (--capacity candidates=512 raises it)" track many.csv --out out
+expect "track of many rows" "$overtake" track many.csv --capacity candidates=512 --out many
+printf 'stamp_ns,x_m,y_m\n0,1,2\n1,1e20,2\n' >far.csv
+expect "track of a row without a place" "$overtake" track far.csv --out far
+grep -q '^note: of 2 rows 1 was not used: 1 without a place' stdout || fail "a row that is not used is not said: $(cat stdout)"
+printf 'stamp_ns,x_m,y_m,x_m\n0,1,2,3\n' >double.csv
+refuse "double.csv: two columns are named x_m" track double.csv --out out
 refuse "no/trace.json: cannot be written: No such file or directory" run scene "${av21[@]}" --trace no/trace.json
 refuse "no.csv: no such file" track no.csv --out out
 for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --workers -1" "fly scene"; do
