@@ -533,6 +533,42 @@ awk -F, 'BEGIN { OFS = "," } NR > 1 { $5 = $5 * 57.3 } 1' race/map.csv >degrees.
 refuse "degrees.csv:2:*: banking_rad is beyond 1 rad (degrees[?])" run race.mcap --map degrees.csv --out out
 
 # ---- a map that the ego vehicle never enters: reported, with exit code 3; doctor finds it
+# ---- a map against the driving direction
+{ head -n 1 race/map.csv; tail -n +2 race/map.csv | tac; } >against.csv
+against='the ego vehicle drives against this map in \([0-9]*\) of \1 poses: turn its lines round'
+"$overtake" run race.mcap --map against.csv --out against >stdout 2>stderr
+code=$?
+((code == 3)) && grep -q "^overtake: against.csv: $against$" stderr || fail "run on a map turned round: exit code $code, $(cat stderr)"
+"$overtake" doctor race.mcap --map against.csv >stdout
+code=$?
+((code == 3)) && grep -q '^WRONG  map: the ego vehicle drives against against.csv in \([0-9]*\) of \1 poses$' stdout ||
+  fail "doctor on a map turned round: exit code $code, $(cat stdout)"
+
+# ---- poses that the library refuses for their values
+awk -F, 'BEGIN { OFS = "," } NR > 1 { $2 = 1e12 } 1' race/ego.csv >far_ego.csv
+refuse "--ego far_ego.csv: has no effect: [0-9]* ego poses with a value that is not finite or out of bounds: not used; *" \
+  run race.mcap --ego far_ego.csv --out out
+
+# ---- an unreadable file loses its scan: doctor and info name it, and judge the others
+mkdir torn
+ln race/*.pcd race/rig.toml race/map.csv race/ego.csv torn
+for frame in 3 5; do rm torn/00000${frame}_front.pcd && : >torn/00000${frame}_front.pcd; done
+"$overtake" doctor torn >stdout
+code=$?
+((code == 3)) || fail "doctor of a torn folder: exit code $code"
+[[ $(grep -c '^WRONG' stdout) == 1 ]] &&
+  grep -q "^WRONG  sensor 'front': 2 of 10 scans cannot be read; the first: torn/000003_front.pcd.*; then: torn/000005_front.pcd" stdout ||
+  fail "doctor of a torn folder: $(cat stdout)"
+for file in torn/*_left.pcd; do rm "$file" && : >"$file"; done
+"$overtake" doctor torn >stdout
+grep -q 'there is no scan of it' stdout && fail "doctor misses the scans beside unreadable ones: $(cat stdout)"
+grep -q "^WRONG  sensor 'left': 10 of 10 scans cannot be read" stdout || fail "doctor of a folder without a good left scan: $(cat stdout)"
+"$overtake" info torn >stdout 2>stderr
+code=$?
+((code == 3)) && grep -q '^overtake: torn: 12 files cannot be read; the first: torn/000003_front.pcd.*; the output describes the others$' stderr &&
+  grep -q 'FRAME_front.pcd  *10  *000000_front.pcd' stdout && grep -q 'FRAME_left.pcd  *10' stdout ||
+  fail "info of a torn folder: exit code $code, $(cat stdout stderr)"
+
 printf 'x_m,y_m,w_tr_right_m,w_tr_left_m\n5000,5000,8,8\n5100,5000,8,8\n5200,5000,8,8\n' >elsewhere.csv
 off='the ego vehicle is outside of this map in [0-9]* of [0-9]* frames, by up to [0-9]*[.][0-9] m'
 "$overtake" run race.mcap --map elsewhere.csv --out elsewhere >stdout 2>stderr

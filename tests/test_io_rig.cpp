@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/temp_folder.h"
+#include "tools/client/session.h"
 #include "tools/io/toml_reader.h"
 
 using namespace overtake;

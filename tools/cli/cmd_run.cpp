@@ -111,6 +111,10 @@ void check_map_has_effect(const Config& config, bool ego_can_come) {
 
 void check_ego_has_effect(const Config& config, const Session& session, const CountSink& counts) {
   if (config.ego.empty() || counts.frames() == 0 || counts.frames_with_ego() > 0) return;
+  const bool overlaps =
+      session.ego_first_ns() <= counts.last_stamp_ns() && counts.first_stamp_ns() <= session.ego_last_ns();
+  if (const std::string bad = session.bad_poses(); overlaps && !bad.empty())
+    throw io::Error("--ego " + config.ego, 0, "has no effect: " + bad);
   throw io::Error("--ego " + config.ego, 0,
                   "has no effect: its poses are from " + span_text(session.ego_first_ns(), session.ego_last_ns()) +
                       ", the scans from " + span_text(counts.first_stamp_ns(), counts.last_stamp_ns()));
@@ -128,7 +132,8 @@ std::string own_parts(const Config& config) {
 }
 
 // One sentence for each reason to return kDamaged although the results are complete.
-std::vector<std::string> find_faults(const Config& config, const io::ScanStream& stream, const CountSink& counts) {
+std::vector<std::string> find_faults(const Config& config, const io::ScanStream& stream, const Session& session,
+                                     const CountSink& counts) {
   std::vector<std::string> faults;
   if (!stream.damage().empty())
     faults.push_back(config.input + ": " + stream.damage() + "; results are from the part before it");
@@ -136,6 +141,8 @@ std::vector<std::string> find_faults(const Config& config, const io::ScanStream&
   if (is_wrong_map(counts))
     faults.push_back(config.map + ": " + format_off_map(counts) +
                      ": map and poses are of different courses; the run did not use the map there");
+  if (session.direction().is_against())
+    faults.push_back(config.map + ": " + session.direction().sentence("this map") + ": turn its lines round");
   if (!config.ego.empty() && 2 * counts.frames_with_ego() < counts.frames())
     faults.push_back("--ego " + config.ego + ": covers only " + share_text(counts.frames_with_ego(), counts.frames()));
   return faults;
@@ -341,7 +348,7 @@ int run(const RunOptions& options) {
                   io::counted(counts.clients, "client").c_str(), io::counted(counts.sent, "frame").c_str(),
                   static_cast<long long>(counts.dropped));
   }
-  const std::vector<std::string> faults = find_faults(config, *stream, sinks.counts);
+  const std::vector<std::string> faults = find_faults(config, *stream, session, sinks.counts);
   for (const std::string& fault : faults) std::fprintf(stderr, "overtake: %s\n", printable(fault).c_str());
   if (interrupted()) {
     std::fprintf(stderr, "overtake: %s; the results so far are kept in files that end in .part\n", partial.c_str());
