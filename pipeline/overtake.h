@@ -750,7 +750,8 @@ typedef struct ovt_tracks {
                                         measured, with a rate of its own, where the car's angle or its front is seen,
                                         else the course (its opposite for a car that rolls backwards) */
   const double *length_m, *width_m;  /* extent of the last detection */
-  const int32_t *age, *hits;
+  const int32_t *age, *hits;         /* iterations of the tracker since the track's initiation; those of the last
+                                        tracker.window of them (default 20) in which it had a measurement */
   const int32_t* detection;          /* row of this frame's ovt_detections (of a frame of pushed detections: of the
                                         rows as pushed), -1 none */
   int32_t path_points;               /* predicted path: point k of track i at [i * path_points + k] */

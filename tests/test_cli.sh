@@ -54,6 +54,7 @@ awk -F, 'NR == FNR { if ($1 == 7) { x = $3; y = $4 } next }
   FNR > 1 && $4 == 7 && ($15 - x) ^ 2 + ($16 - y) ^ 2 < 9 { near = 1 }
   FNR > 1 { split($17, part, ":"); if (part[2] * 4294967296 + part[1] != $2) wrong = 1 }
   END { exit !near || wrong }' scene/truth.csv run/tracks.csv || fail "ahead_m, left_m, name of tracks.csv: $(tail -n 3 run/tracks.csv)"
+grep -q ' hits of last 20  age in iterations$' stdout || fail "run's table does not say what hits and age are: $(cat stdout)"
 grep -qE '^ +[0-9]+:[0-9]+ +map ' stdout || fail "run's table does not name tracks by slot and generation: $(cat stdout)"
 expect "run of paper" "${run[@]}" --preset paper --out run_paper
 has_header run_paper/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name
@@ -218,7 +219,6 @@ printf 'stamp_ns,x_m,y_m,height_m\n0,1,2,\n1,1,2,tall\n' >tall.csv
 refuse "narrow.csv:3:11: width_m is not positive" track narrow.csv --out out
 printf 'stamp_ns,x_m,y_m,score\n0,1,2,0.5\n1,1,2,87\n' >percent.csv
 refuse "percent.csv:3:7: score is not between 0 and 1" track percent.csv --out out
-refuse "tall.csv:3:7: height_m 'tall' is not a number" track tall.csv --out out
 printf 'stamp_ns,x_m,y_m,var_x,var_y\n0,1,2,0.1,0.1\n1,1,2,0.1,-0.1\n' >unsure.csv
 refuse "unsure.csv:3:11: var_y is negative" track unsure.csv --out out
 sed -i 's/-0.1/0.1/; s/1,2,0.1/1,2,-0.1/' unsure.csv
@@ -231,6 +231,7 @@ expect "track of a row without a place" "$overtake" track far.csv --out far
 grep -q '^note: of 2 rows 1 was not used: 1 without a place' stdout || fail "a row that is not used is not said: $(cat stdout)"
 printf 'stamp_ns,x_m,y_m,x_m\n0,1,2,3\n' >double.csv
 refuse "double.csv: two columns are named x_m" track double.csv --out out
+refuse "tall.csv:3:7: height_m 'tall' is not a number" track tall.csv --out out
 refuse "no/trace.json: cannot be written: No such file or directory" run scene "${av21[@]}" --trace no/trace.json
 refuse "no.csv: no such file" track no.csv --out out
 for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --workers -1" "fly scene"; do
@@ -464,6 +465,10 @@ refuse "scene/000000_front.pcd: *the memory limit is 1.0 MiB (--max-memory)" run
 "$overtake" run scene "${av21[@]}" --max-memory much >stdout 2>stderr
 code=$?
 ((code == 2)) && grep -q "'much' is not a size" stderr || fail "--max-memory much: exit code $code, $(cat stderr)"
+misuse "*'much' is not a size of 1M or more (4G, 512M)*" --max-memory much run scene "${av21[@]}"
+misuse "run: --out is required (overtake run --help)" --max-memory 4G run scene --rig av21
+misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" --max-memory 4G rnu scene
+misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" --max-memory=4G rnu scene
 
 clear=$'\e[2J'
 { le 1 2; le 0 2; text "/front$clear"; text cdr; le 0 4; } >channel
@@ -477,10 +482,6 @@ for command in info doctor run; do
   grep -q $'\e' stdout stderr && fail "$command lets an escape sequence of the file through: $(cat -v stdout stderr)"
   cat stdout stderr >both
 done
-misuse "*'much' is not a size of 1M or more (4G, 512M)*" --max-memory much run scene "${av21[@]}"
-misuse "run: --out is required (overtake run --help)" --max-memory 4G run scene --rig av21
-misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" --max-memory 4G rnu scene
-misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" --max-memory=4G rnu scene
 "$overtake" info escape.mcap >stdout 2>stderr
 for shown in 'of profile ros2\x1b[2J' '/front\x1b[2J' 'attachment \x1b[2J.txt'; do
   grep -qF "$shown" stdout || fail "info does not show $shown: $(cat -v stdout)"
@@ -532,7 +533,6 @@ grep -qxF "note   map: $turned" stdout || fail "doctor does not say that banking
 awk -F, 'BEGIN { OFS = "," } NR > 1 { $5 = $5 * 57.3 } 1' race/map.csv >degrees.csv
 refuse "degrees.csv:2:*: banking_rad is beyond 1 rad (degrees[?])" run race.mcap --map degrees.csv --out out
 
-# ---- a map that the ego vehicle never enters: reported, with exit code 3; doctor finds it
 # ---- a map against the driving direction
 { head -n 1 race/map.csv; tail -n +2 race/map.csv | tac; } >against.csv
 against='the ego vehicle drives against this map in \([0-9]*\) of \1 poses: turn its lines round'
@@ -569,6 +569,7 @@ code=$?
   grep -q 'FRAME_front.pcd  *10  *000000_front.pcd' stdout && grep -q 'FRAME_left.pcd  *10' stdout ||
   fail "info of a torn folder: exit code $code, $(cat stdout stderr)"
 
+# ---- a map that the ego vehicle never enters: reported, with exit code 3; doctor finds it
 printf 'x_m,y_m,w_tr_right_m,w_tr_left_m\n5000,5000,8,8\n5100,5000,8,8\n5200,5000,8,8\n' >elsewhere.csv
 off='the ego vehicle is outside of this map in [0-9]* of [0-9]* frames, by up to [0-9]*[.][0-9] m'
 "$overtake" run race.mcap --map elsewhere.csv --out elsewhere >stdout 2>stderr

@@ -202,7 +202,7 @@ struct Live {
 struct Sinks {
   // Opens the files: `folder` must exist.
   Sinks(const RunOptions& options, const Config& config, ViewSink* live)
-      : tables(options.out, config.rig), times(config.rig) {
+      : tables(options.out, config.rig), times(config.rig), track_table(config.params.tracker_window) {
     if (!options.trace.empty()) trace.emplace(options.trace, config.rig);
     if (!options.mcap.empty() || live) view.emplace(config, options.mcap, images_of(options), live);
     if (options.picture_at >= 0) picture.emplace(options.picture_at, options.out, config);
@@ -362,9 +362,11 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   add_detector_options(command, options);
   add_common_options(command, options);
   add_map_option(command, options.map, "that of a simulated log or folder");
-  command.add_option("--ego", options.ego,
-                     "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps] "
-                     "(default: the recording's own, if any); none: without");
+  command.add_option(
+      "--ego", options.ego,
+      "CSV of ego poses: stamp_ns (or timestamp_ns, or time_s),x_m,y_m,yaw_rad[,z_m][,roll_rad,pitch_rad]"
+      "[,speed_mps][,yaw_rate_rps] "
+      "(default: the recording's own, if any); none: without");
   command.add_option("--mcap", options.mcap,
                      "also writes the pipeline's input and results for Foxglove: clouds with labels, "
                      "images, candidates, tracks, map, times, counters");
