@@ -248,8 +248,8 @@ typedef struct ovt_sensor_def {
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
 /* Race track map. Columns of `count` points in driving direction; create copies them. Either a centre line with widths,
- * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m, a map that is nowhere
- * 1 m wide: OVT_BAD_ARGUMENT.
+ * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m, banking beyond 1 rad, a
+ * map that is nowhere 1 m wide: OVT_BAD_ARGUMENT.
  * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it,
  * and only of a centre line (beside bounds it is not read). Null, or 0 everywhere: unknown, and best takes the cross
  * slope from the attitude of the ego poses. */
@@ -752,7 +752,8 @@ typedef struct ovt_tracks {
                                         measured, with a rate of its own, where the car's angle or its front is seen,
                                         else the course (its opposite for a car that rolls backwards) */
   const double *length_m, *width_m;  /* extent of the last detection */
-  const int32_t *age, *hits;
+  const int32_t *age, *hits;         /* iterations of the tracker since the track's initiation; those of the last
+                                        tracker.window of them (default 20) in which it had a measurement */
   const int32_t* detection;          /* row of this frame's ovt_detections (of a frame of pushed detections: of the
                                         rows as pushed), -1 none */
   int32_t path_points;               /* predicted path: point k of track i at [i * path_points + k] */

@@ -367,6 +367,11 @@ TEST_CASE("circuit map: a bad map is refused with a sentence and keeps the old o
     (bad.*column)[0] = 4.1e8;
     refuse(bad, true, "a track map's width is over 4e8 m");
   }
+  for (const double degrees : {8.5, -8.5}) {
+    bad = good;
+    bad.banking[11] = degrees;
+    refuse(bad, true, "a track map's banking_rad is beyond 1 rad (degrees?)");
+  }
   bad = good;
   bad.left.assign(20, 0.4);
   bad.right.assign(20, 0.5);

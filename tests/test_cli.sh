@@ -54,6 +54,7 @@ awk -F, 'NR == FNR { if ($1 == 7) { x = $3; y = $4 } next }
   FNR > 1 && $4 == 7 && ($15 - x) ^ 2 + ($16 - y) ^ 2 < 9 { near = 1 }
   FNR > 1 { split($17, part, ":"); if (part[2] * 4294967296 + part[1] != $2) wrong = 1 }
   END { exit !near || wrong }' scene/truth.csv run/tracks.csv || fail "ahead_m, left_m, name of tracks.csv: $(tail -n 3 run/tracks.csv)"
+grep -q ' hits of last 20  age in iterations$' stdout || fail "run's table does not say what hits and age are: $(cat stdout)"
 grep -qE '^ +[0-9]+:[0-9]+ +map ' stdout || fail "run's table does not name tracks by slot and generation: $(cat stdout)"
 expect "run of paper" "${run[@]}" --preset paper --out run_paper
 has_header run_paper/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name
@@ -218,6 +219,18 @@ printf 'stamp_ns,x_m,y_m,height_m\n0,1,2,\n1,1,2,tall\n' >tall.csv
 refuse "narrow.csv:3:11: width_m is not positive" track narrow.csv --out out
 printf 'stamp_ns,x_m,y_m,score\n0,1,2,0.5\n1,1,2,87\n' >percent.csv
 refuse "percent.csv:3:7: score is not between 0 and 1" track percent.csv --out out
+printf 'stamp_ns,x_m,y_m,var_x,var_y\n0,1,2,0.1,0.1\n1,1,2,0.1,-0.1\n' >unsure.csv
+refuse "unsure.csv:3:11: var_y is negative" track unsure.csv --out out
+sed -i 's/-0.1/0.1/; s/1,2,0.1/1,2,-0.1/' unsure.csv
+refuse "unsure.csv:2:7: var_x is negative" track unsure.csv --out out
+{ echo stamp_ns,x_m,y_m; for i in {1..300}; do echo "7,$((i * 10)),5"; done; } >many.csv
+refuse "many.csv: scan 7 has 300 rows, at most 256 are taken (--capacity candidates=512 raises it)" track many.csv --out out
+expect "track of many rows" "$overtake" track many.csv --capacity candidates=512 --out many
+printf 'stamp_ns,x_m,y_m\n0,1,2\n1,1e20,2\n' >far.csv
+expect "track of a row without a place" "$overtake" track far.csv --out far
+grep -q '^note: of 2 rows 1 was not used: 1 without a place' stdout || fail "a row that is not used is not said: $(cat stdout)"
+printf 'stamp_ns,x_m,y_m,x_m\n0,1,2,3\n' >double.csv
+refuse "double.csv: two columns are named x_m" track double.csv --out out
 refuse "tall.csv:3:7: height_m 'tall' is not a number" track tall.csv --out out
 refuse "no/trace.json: cannot be written: No such file or directory" run scene "${av21[@]}" --trace no/trace.json
 refuse "no.csv: no such file" track no.csv --out out
@@ -452,6 +465,10 @@ refuse "scene/000000_front.pcd: *the memory limit is 1.0 MiB (--max-memory)" run
 "$overtake" run scene "${av21[@]}" --max-memory much >stdout 2>stderr
 code=$?
 ((code == 2)) && grep -q "'much' is not a size" stderr || fail "--max-memory much: exit code $code, $(cat stderr)"
+misuse "*'much' is not a size of 1M or more (4G, 512M)*" --max-memory much run scene "${av21[@]}"
+misuse "run: --out is required (overtake run --help)" --max-memory 4G run scene --rig av21
+misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" --max-memory 4G rnu scene
+misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" --max-memory=4G rnu scene
 
 clear=$'\e[2J'
 { le 1 2; le 0 2; text "/front$clear"; text cdr; le 0 4; } >channel
@@ -505,6 +522,52 @@ expect "doctor of a log alone" "$overtake" doctor race.mcap
 expect "label of a log alone" "$overtake" label race.mcap --frame 3 --out labels_own --quiet
 expect "label with its rig" "$overtake" label race.mcap --rig race/rig.toml --frame 3 --out labels_given --quiet
 diff -rq labels_own labels_given || fail "label takes another rig than the log's"
+
+# ---- banking of the opposite sign is turned round, and said
+awk -F, 'BEGIN { OFS = "," } NR > 1 { $5 = "-" $5 } 1' race/map.csv >minus.csv
+turned="minus.csv: its banking has the opposite sign (positive: the right side is higher): it is turned round"
+[[ $(run_hash race.mcap --map minus.csv) == "$own" ]] || fail "banking of the opposite sign gives other results"
+grep -qxF "note: $turned" stdout || fail "run turns banking round and does not say so: $(cat stdout)"
+"$overtake" doctor race.mcap --map minus.csv >stdout || fail "doctor of banking of the opposite sign: $(cat stdout)"
+grep -qxF "note   map: $turned" stdout || fail "doctor does not say that banking is turned round: $(cat stdout)"
+awk -F, 'BEGIN { OFS = "," } NR > 1 { $5 = $5 * 57.3 } 1' race/map.csv >degrees.csv
+refuse "degrees.csv:2:*: banking_rad is beyond 1 rad (degrees[?])" run race.mcap --map degrees.csv --out out
+
+# ---- a map against the driving direction
+{ head -n 1 race/map.csv; tail -n +2 race/map.csv | tac; } >against.csv
+against='the ego vehicle drives against this map in \([0-9]*\) of \1 poses: turn its lines round'
+"$overtake" run race.mcap --map against.csv --out against >stdout 2>stderr
+code=$?
+((code == 3)) && grep -q "^overtake: against.csv: $against$" stderr || fail "run on a map turned round: exit code $code, $(cat stderr)"
+"$overtake" doctor race.mcap --map against.csv >stdout
+code=$?
+((code == 3)) && grep -q '^WRONG  map: the ego vehicle drives against against.csv in \([0-9]*\) of \1 poses$' stdout ||
+  fail "doctor on a map turned round: exit code $code, $(cat stdout)"
+
+# ---- poses that the library refuses for their values
+awk -F, 'BEGIN { OFS = "," } NR > 1 { $2 = 1e12 } 1' race/ego.csv >far_ego.csv
+refuse "--ego far_ego.csv: has no effect: [0-9]* ego poses with a value that is not finite or out of bounds: not used; *" \
+  run race.mcap --ego far_ego.csv --out out
+
+# ---- an unreadable file loses its scan: doctor and info name it, and judge the others
+mkdir torn
+ln race/*.pcd race/rig.toml race/map.csv race/ego.csv torn
+for frame in 3 5; do rm torn/00000${frame}_front.pcd && : >torn/00000${frame}_front.pcd; done
+"$overtake" doctor torn >stdout
+code=$?
+((code == 3)) || fail "doctor of a torn folder: exit code $code"
+[[ $(grep -c '^WRONG' stdout) == 1 ]] &&
+  grep -q "^WRONG  sensor 'front': 2 of 10 scans cannot be read; the first: torn/000003_front.pcd.*; then: torn/000005_front.pcd" stdout ||
+  fail "doctor of a torn folder: $(cat stdout)"
+for file in torn/*_left.pcd; do rm "$file" && : >"$file"; done
+"$overtake" doctor torn >stdout
+grep -q 'there is no scan of it' stdout && fail "doctor misses the scans beside unreadable ones: $(cat stdout)"
+grep -q "^WRONG  sensor 'left': 10 of 10 scans cannot be read" stdout || fail "doctor of a folder without a good left scan: $(cat stdout)"
+"$overtake" info torn >stdout 2>stderr
+code=$?
+((code == 3)) && grep -q '^overtake: torn: 12 files cannot be read; the first: torn/000003_front.pcd.*; the output describes the others$' stderr &&
+  grep -q 'FRAME_front.pcd  *10  *000000_front.pcd' stdout && grep -q 'FRAME_left.pcd  *10' stdout ||
+  fail "info of a torn folder: exit code $code, $(cat stdout stderr)"
 
 # ---- a map that the ego vehicle never enters: reported, with exit code 3; doctor finds it
 printf 'x_m,y_m,w_tr_right_m,w_tr_left_m\n5000,5000,8,8\n5100,5000,8,8\n5200,5000,8,8\n' >elsewhere.csv

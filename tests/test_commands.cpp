@@ -20,6 +20,7 @@
 #include "tools/io/output.h"
 #include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
+#include "tools/view/frame_picture.h"
 
 using namespace overtake;
 
@@ -157,6 +158,10 @@ TEST_CASE("commands: what a sink throws ends the frames and reaches the caller")
     sinks.finish();
     CHECK(first.ends + second.ends == 2);
   }
+}
+
+TEST_CASE("commands: a picture names a track as the tables do") {
+  CHECK(cli::track_label((uint64_t(3) << 32) + 17, 38.24) == "17:3  38.2 m/s");
 }
 
 TEST_CASE("commands: --rate waits for no hour by which the stamps jump") {

@@ -495,6 +495,12 @@ TEST_CASE("detector: every bad def gets its status and a sentence that names the
        "smooth.window"},
       {[](Small& s) { s.def.map = &(map = ovt_default_map_def()); }, OVT_BAD_ARGUMENT, "map"},
       {[](Small& s) { s.def.map = &(map = ovt_default_map_def()), map.struct_size = 3; }, OVT_BAD_VERSION, "map"},
+      {[](Small& s) {
+         static const double x[] = {0, 100, 0}, y[] = {0, 0, 100}, wide[] = {5, 5, 5}, degrees[] = {0, 8.5, 0};
+         s.def.map = &(map = ovt_default_map_def()), map.count = 3, map.x_m = x, map.y_m = y;
+         map.width_left_m = map.width_right_m = wide, map.banking_rad = degrees;
+       },
+       OVT_BAD_ARGUMENT, "banking_rad is beyond 1 rad (degrees?)"},
       {[](Small& s) { s.sensor.struct_size = 0; }, OVT_BAD_VERSION, "sensors[0]"},
       {[](Small& s) { s.sensor.x_m = std::nan(""); }, OVT_BAD_ARGUMENT, "sensors[0].x_m"},
       {[](Small& s) { s.sensor.yaw_rad = 8; }, OVT_BAD_ARGUMENT, "yaw_rad"},

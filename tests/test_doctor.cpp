@@ -144,6 +144,60 @@ TEST_CASE("doctor: names exchanged yaws on a simulated road") {
   });
 }
 
+TEST_CASE("doctor: scans that could not be read are named, and are no gap") {
+  const Scene scene(1);
+  io::Rig rig = io::load_rig("av21");
+  Doctor doctor(rig);
+  for (int32_t k = 0; k < 12; ++k) {
+    const SceneScan& from = scene.frame(k).scan[0];
+    if (k % 2 == 1)
+      doctor.add_error(0, std::to_string(k) + "_front.pcd is empty");
+    else
+      doctor.add_scan(scan_of(0, scene.frame(k).stamp_ns, from.x_m, from.y_m, from.z_m, from.layer));
+  }
+  std::vector<std::string> front;
+  for (const Finding& finding : doctor.findings())
+    if (finding.about == "sensor 'front'") front.push_back(finding.sentence);
+  REQUIRE(front.size() == 1);
+  CHECK(front[0] ==
+        "6 of 12 scans cannot be read; the first: 1_front.pcd is empty; then: 3_front.pcd is empty; 5_front.pcd is "
+        "empty; 7_front.pcd is empty; 9_front.pcd is empty; 11_front.pcd is empty");
+}
+
+TEST_CASE("doctor: a map whose points run against the drive is wrong") {
+  io::MapData map;
+  map.closed = true;
+  for (int32_t i = 0; i < 100; ++i) {
+    const double turn = 3.6 * kDegree * i;
+    map.x_m.push_back(200 * std::cos(turn)), map.y_m.push_back(200 * std::sin(turn));
+  }
+  map.width_left_m = map.width_right_m = std::vector<double>(100, 5);
+  io::MapData reversed = map;
+  std::reverse(reversed.x_m.begin(), reversed.x_m.end());
+  std::reverse(reversed.y_m.begin(), reversed.y_m.end());
+  const auto said = [&](const io::MapData& data, int32_t crosswise, double speed_mps) {
+    Doctor doctor(io::load_rig("av21"));
+    doctor.set_map(data, "map.csv", ovt_default_params());
+    for (int32_t i = 0; i < 41; ++i) {
+      const double turn = 2 * kDegree * i;
+      io::EgoRow row{};
+      row.stamp_ns = i * 10'000'000;
+      row.x_m = 200 * std::cos(turn), row.y_m = 200 * std::sin(turn);
+      row.yaw_rad = turn + (i < crosswise ? -90 : 90) * kDegree;
+      row.speed_mps = i < 5 ? 1 : speed_mps;
+      doctor.add_ego(row);
+    }
+    std::vector<std::string> found = wrong_with(doctor);
+    std::erase_if(found, [](const std::string& s) { return !s.starts_with("map: "); });
+    return found.empty() ? std::string() : found[0];
+  };
+  CHECK(said(map, 0, 30) == "");
+  CHECK(said(reversed, 0, 30) == "map: the ego vehicle drives against map.csv in 36 of 36 poses");
+  CHECK(said(map, 20, 30) == "");
+  CHECK(said(map, 30, 30) == "map: the ego vehicle drives against map.csv in 25 of 36 poses");
+  CHECK(said(reversed, 0, 4) == "");
+}
+
 TEST_CASE("doctor: judges no yaw where nothing stands along the road") {
   const io::Rig rig = io::load_rig("av21");
   const Turned turned = turn(rig, {0, 2, 1});

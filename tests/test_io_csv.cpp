@@ -72,6 +72,13 @@ TEST_CASE("csv: each kind of bad table gets its error with line and column") {
   CHECK(error_of([&] { csv.integer(2, 0); }) == "f:4:1: stamp_ns '9223372036854775808' is not a whole number");
 }
 
+TEST_CASE("csv: two columns of one name are an error where the name is read") {
+  const Csv csv = Csv::parse("a.csv", "x_m,Y_m,y_m(m),note,note\n1,2,3,a,b\n");
+  CHECK(csv.find({"x_m"}) == 0);
+  CHECK(error_of([&] { csv.find({"y_m", "y"}); }) == "a.csv: two columns are named y_m");
+  CHECK(error_of([&] { csv.need({"y", "y_m"}); }) == "a.csv: two columns are named y_m");
+}
+
 TEST_CASE("csv: numbers are written in the shortest text that reads back as the same value") {
   const TempFolder folder;
   const uint32_t seed = 17;

@@ -103,13 +103,53 @@ TEST_CASE("map file: in a race line table normvec and widths give the bounds, fo
           "# a\n# b\n# x_ref_m; y_ref_m; width_right_m; width_left_m; x_normvec_m; y_normvec_m; banking_rad\n" + rows));
       CHECK(map.closed);
       REQUIRE(map.banking_rad.size() == 200);
-      CHECK(map.banking_rad[3] == -0.1);
+      CHECK(map.banking_turned == (turn > 0));  // in a left turn, -0.1 leans outwards
+      CHECK(map.banking_rad[3] == (turn > 0 ? 0.1 : -0.1));
       const Sides sides = sides_at(map, 17);
       const double outer = outward > 0 ? 105 : 103, inner = outward > 0 ? 97 : 95;
       const double left = turn > 0 ? inner : outer, right = turn > 0 ? outer : inner;
       CHECK(std::hypot(sides.left_x, sides.left_y) == doctest::Approx(left).epsilon(1e-4));
       CHECK(std::hypot(sides.right_x, sides.right_y) == doctest::Approx(right).epsilon(1e-4));
     }
+}
+
+TEST_CASE("map file: banking of the opposite sign is turned round, as it is kept where it tells nothing") {
+  const TempFolder folder;
+  struct Row {
+    int32_t turn;
+    double banking, odd;  // odd: of a tenth of the points
+    bool turned, open = false;
+  };
+  const Row rows[] = {{1, 0.3, 0.3, false},       {1, -0.3, -0.3, true}, {-1, -0.3, -0.3, false},
+                      {-1, 0.3, 0.3, true},       {1, -0.3, 0.3, true},  {1, 0.3, -0.3, false},
+                      {1, -0.005, -0.005, false}, {1, 0.0, 0.0, false},  {1, -0.3, -0.3, true, true},
+                      {1, 0.3, 0.3, false, true}};
+  for (const Row& row : rows) {
+    CAPTURE(row.turn);
+    CAPTURE(row.banking);
+    CAPTURE(row.odd);
+    Circle circle;
+    circle.points = 1000;  // every 0.6 m, to the decimetre: the line turns more by rounding than by the circuit
+    circle.turn = row.turn;
+    circle.open = row.open;
+    int32_t i = 0;
+    std::string text = "x_m,y_m,w_tr_right_m,w_tr_left_m,banking_rad\n";
+    text += circle.rows([&](double c, double s) {
+      return line_of({std::round(1e3 * c) / 10, std::round(1e3 * s) / 10, 5, 3, i++ < 100 ? row.odd : row.banking});
+    });
+    const MapData map = io::read_map(folder.write("map.csv", text));
+    CHECK(map.closed != row.open);
+    CHECK(map.banking_turned == row.turned);
+    CHECK(map.banking_rad[50] == (row.turned ? -row.odd : row.odd));
+    CHECK(map.banking_rad[400] == (row.turned ? -row.banking : row.banking));
+  }
+}
+
+TEST_CASE("map file: a chicane whose turns lean outwards as much as inwards is kept") {
+  const TempFolder folder;
+  std::string text = "x_m,y_m,w_tr_right_m,w_tr_left_m,banking_rad\n";
+  for (int32_t i = 0; i <= 100; ++i) text += line_of({5.0 * i, 40 * std::sin(2 * kPi * i / 100), 5, 5, -0.3});
+  CHECK_FALSE(io::read_map(folder.write("map.csv", text)).banking_turned);
 }
 
 TEST_CASE("map file: with two bounds in any order and direction, left is left of the first file's points") {
@@ -156,6 +196,8 @@ TEST_CASE("map file: each kind of bad file gets its error") {
                       {"1,2,3,3\n2,2,3,3\n", ": a track needs at least 3 different points"},
                       {"1,2,3,3\n1,2,3,3\n1,2,3,3\n2,2,3,3\n", ": a track needs at least 3 different points"},
                       {"1,2,3,3\n2,2,3,-3\n3,2,3,3\n", ":2:7: a width is negative"},
+                      {"1,2,3,3,0\n2,2,3,3,8.5\n3,2,3,3,0\n", ":2:9: banking_rad is beyond 1 rad (degrees?)"},
+                      {"1,2,3,3,0\n2,2,3,3,-1.1\n3,2,3,3,0\n", ":2:9: banking_rad is beyond 1 rad (degrees?)"},
                       {"1,2,3,3\n2,2,3,wide\n3,2,3,3\n", ":2:7: 'wide' is not a number"}};
   for (const Row& row : rows) {
     const std::string path = folder.write("map.csv", row.text);
@@ -179,6 +221,8 @@ TEST_CASE("map file: both recorded tables of one speedway give the same bounds, 
   for (const MapData* map : {&table, &plain}) {
     CHECK(map->closed);
     CHECK(map->banking_rad.size() == map->x_m.size());
+    CHECK(map->banking_turned);
+    CHECK(*std::min_element(map->banking_rad.begin(), map->banking_rad.end()) > 0.09);
     double area = 0;  // positive: counter-clockwise, so the infield is on the left
     for (std::size_t i = 0; i < map->x_m.size(); ++i) {
       const std::size_t j = (i + 1) % map->x_m.size();

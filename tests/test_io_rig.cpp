@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/temp_folder.h"
+#include "tools/client/session.h"
 #include "tools/io/toml_reader.h"
 
 using namespace overtake;
@@ -65,6 +66,21 @@ TEST_CASE("rig: the built-in rigs have their makers' values") {
   }
   CHECK(io::load_rig("av2").shared_cloud);
   CHECK(io::load_rig("av2").sensors[1].layer_first == 32);
+}
+
+TEST_CASE("rig: point_capacity has the library's limit") {
+  const auto rig_of = [](const char* points) {
+    return io::parse_rig("rig.toml", kGood + std::string("point_capacity = ") + points + "\n");
+  };
+  CHECK(rig_of("16000000").sensors[0].point_capacity == 16'000'000);
+  const std::string said = error_of([&] { rig_of("16000001"); });
+  CHECK_MESSAGE(said.rfind("rig.toml:12: sensor 'front': 'point_capacity'", 0) == 0, said);
+  ovt_sensor_def sensor = cli::to_sensor_def(rig_of("16000000").sensors[0]);
+  ovt_detector_def def = ovt_default_detector_def();
+  def.sensors = &sensor, def.sensor_count = 1;
+  sensor.point_capacity = 16'000'001;
+  ovt_detector* detector = nullptr;
+  CHECK(ovt_create_detector(&def, &detector) == OVT_BAD_ARGUMENT);
 }
 
 TEST_CASE("rig: writing and reading gives the same rig") {

@@ -266,7 +266,7 @@ TEST_CASE("sample_road: every number is finite for every pose and mounting that 
     }
   };
   const double x[] = {-1e8, 1e8, 1e8, 1e8 - 1e-3}, y[] = {-1e8, -1e8, 1e8, 1e8};
-  const double wide[] = {4e8, 4e8, 4e8, 4e8}, banking[] = {1.4, -1.4, 3.0, 0.3};
+  const double wide[] = {4e8, 4e8, 4e8, 4e8}, banking[] = {1.0, -1.0, 0.9, 0.3};
   CircuitMap huge;
   const char* error = nullptr;
   REQUIRE(huge.build(x, y, wide, wide, banking, 4, true, &error));

@@ -35,7 +35,7 @@ Line draw_line(fuzz::Bytes& in, int32_t count) {
     line.y.push_back(y);
     line.left.push_back(wild ? in.raw<double>() : 0.1 * in.byte());
     line.right.push_back(wild ? in.raw<double>() : 0.1 * in.byte());
-    line.banking.push_back(wild ? in.raw<double>() : 0.01 * in.byte());
+    line.banking.push_back(wild ? in.raw<double>() : 0.0039 * in.byte());
   }
   return line;
 }

@@ -3,6 +3,7 @@
 #
 # Recordings as arrays, runs and simulated races.
 import contextlib
+import dataclasses
 import gc
 import json
 import os
@@ -371,6 +372,19 @@ def test_runs_tell_where_they_are(race):
     assert 'preset = "best"' in run.config
 
 
+def test_banking_of_the_opposite_sign_is_turned_round(race, tmp_path):
+    track = overtake.load_map(race.path)
+    rows = numpy.column_stack([track.x_m, track.y_m, track.width_right_m, track.width_left_m, -track.banking_rad])
+    path = tmp_path / "minus.csv"
+    numpy.savetxt(path, rows, delimiter=",", header="x_m,y_m,w_tr_right_m,w_tr_left_m,banking_rad", comments="")
+    with pytest.warns(UserWarning, match="minus.csv: its banking has the opposite sign"):
+        turned = overtake.load_map(path)
+    assert numpy.array_equal(turned.banking_rad, track.banking_rad) and track.banking_rad.max() > 0.1
+    with pytest.warns(UserWarning, match="minus.csv: its banking has the opposite sign"):
+        for _ in overtake.run(race, map=path):
+            pass
+
+
 def test_rigs_and_maps(race, tmp_path):
     rig = overtake.load_rig("racecar")
     assert [sensor.name for sensor in rig.sensors] == ["front", "left", "right"] and rig.period_s == 0.05
@@ -383,5 +397,7 @@ def test_rigs_and_maps(race, tmp_path):
         pass
     with pytest.raises(overtake.FileError, match="did you mean 'racecar'"):
         overtake.load_rig("racecra")
+    with pytest.raises(ValueError, match="banking_rad is beyond 1 rad"):
+        overtake.Detector(rig, map=dataclasses.replace(track, banking_rad=track.banking_rad * 57.3))
     with pytest.raises(TypeError, match="map is a int"):
         overtake.Detector(rig, map=3)

@@ -4,7 +4,6 @@
 // overtake doctor: finds what is wrong with a recording and proposes repairs.
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <set>
 
 #include "tools/cli/command.h"
@@ -137,15 +136,13 @@ void examine_bag(const Config& config, Doctor& doctor, std::vector<Finding>& fin
 void examine_folder(const Config& config, Doctor& doctor) {
   const io::Recording recording(config.input, config.rig);
   for (std::size_t i = 0; i < recording.frame_count() && !interrupted(); ++i) {
-    try {
-      for (const io::SensorScan& scan : recording.read(i).scans) doctor.add_scan(scan);
-    } catch (const io::Error& error) {
-      int32_t sensor = 0;  // named by the file
-      const std::string stem = std::filesystem::path(error.file()).stem().string();
-      for (int32_t s = 0; s < int32_t(config.rig.sensors.size()); ++s)
-        if (stem.ends_with("_" + config.rig.sensors[std::size_t(s)].name)) sensor = s;
-      doctor.add_error(sensor, error.what());
+    std::vector<io::LostFile> lost;
+    const io::FrameScans frame = recording.read(i, &lost);
+    for (const io::LostFile& file : lost) {
+      const int32_t last = config.rig.shared_cloud ? int32_t(config.rig.sensors.size()) - 1 : file.sensor;
+      for (int32_t s = file.sensor; s <= last; ++s) doctor.add_error(s, file.error);
     }
+    for (const io::SensorScan& scan : frame.scans) doctor.add_scan(scan);
   }
 }
 

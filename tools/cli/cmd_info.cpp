@@ -109,6 +109,27 @@ void print_bag(const RecordingInfo& info) {
   }
 }
 
+struct LostFiles {
+  int64_t read = 0, count = 0;
+  std::string first;  // error
+};
+
+// Describes the sensor by its first good scan.
+void look_into_scan(const std::string& file, RecordingInfo::Scans& of_sensor, LostFiles& lost) {
+  ++lost.read;
+  try {
+    const io::Cloud cloud = io::read_cloud(file);
+    if (!of_sensor.first_file.empty()) return;
+    std::vector<std::string> fields;
+    for (const io::CloudField& field : cloud.fields) fields.push_back(field.name + " " + io::name_of(field.type));
+    of_sensor.first_file = fs::path(file).filename().string();
+    of_sensor.fields = io::join(fields, ", ");
+    of_sensor.points = cloud.points;
+  } catch (const io::Error& error) {
+    if (lost.count++ == 0) lost.first = error.what();
+  }
+}
+
 RecordingInfo look_into_folder(const std::string& path) {
   std::error_code code;
   std::vector<std::string> files;
@@ -135,12 +156,18 @@ RecordingInfo look_into_folder(const std::string& path) {
   RecordingInfo out;
   out.path = path;
   out.kind = fs::is_directory(path, code) ? "a folder of scans" : "one scan";
+  LostFiles lost;
   for (const auto& [name, list] : scans) {
-    const io::Cloud cloud = io::read_cloud_header(list[0]);
-    std::vector<std::string> fields;
-    for (const io::CloudField& field : cloud.fields) fields.push_back(field.name + " " + io::name_of(field.type));
-    out.scans.push_back(
-        {name, fs::path(list[0]).filename().string(), io::join(fields, ", "), int64_t(list.size()), cloud.points});
+    RecordingInfo::Scans of_sensor = {name, "", "", int64_t(list.size()), 0};
+    for (const std::string& file : list) {
+      if (interrupted()) break;
+      look_into_scan(file, of_sensor, lost);
+    }
+    out.scans.push_back(of_sensor);
+  }
+  if (lost.count > 0) {
+    if (lost.count == lost.read) throw io::Error("", 0, lost.first);
+    out.damage = io::counted(lost.count, "file") + " cannot be read; the first: " + lost.first;
   }
   return out;
 }
@@ -176,8 +203,8 @@ int print_info(const InfoOptions& options) {
     std::fprintf(stderr, "overtake: interrupted; the output describes the part that was read\n");
     return kInterrupted;
   }
-  std::fprintf(stderr, "overtake: %s: %s; the output describes the part before the damage\n",
-               printable(info.path).c_str(), printable(info.damage).c_str());
+  std::fprintf(stderr, "overtake: %s: %s; the output describes the %s\n", printable(info.path).c_str(),
+               printable(info.damage).c_str(), is_bag ? "part before the damage" : "others");
   return kDamaged;
 }
 

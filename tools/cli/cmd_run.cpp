@@ -67,6 +67,7 @@ void print_notes(const CountSink& counts, const Session& session) {
       std::printf("note: %s\n", note.text);
   }
   for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", printable(sentence).c_str());
+  if (!session.map_note().empty()) std::printf("note: %s\n", printable(session.map_note()).c_str());
   if (const std::string bad = session.bad_poses(); !bad.empty()) std::printf("note: %s\n", bad.c_str());
   if (stats.pushed != stats.used)
     std::printf("note: of %s %lld %s not used (late %lld, repeated stamp %lld, dropped %lld)\n",
@@ -110,6 +111,10 @@ void check_map_has_effect(const Config& config, bool ego_can_come) {
 
 void check_ego_has_effect(const Config& config, const Session& session, const CountSink& counts) {
   if (config.ego.empty() || counts.frames() == 0 || counts.frames_with_ego() > 0) return;
+  const bool overlaps =
+      session.ego_first_ns() <= counts.last_stamp_ns() && counts.first_stamp_ns() <= session.ego_last_ns();
+  if (const std::string bad = session.bad_poses(); overlaps && !bad.empty())
+    throw io::Error("--ego " + config.ego, 0, "has no effect: " + bad);
   throw io::Error("--ego " + config.ego, 0,
                   "has no effect: its poses are from " + span_text(session.ego_first_ns(), session.ego_last_ns()) +
                       ", the scans from " + span_text(counts.first_stamp_ns(), counts.last_stamp_ns()));
@@ -127,7 +132,8 @@ std::string own_parts(const Config& config) {
 }
 
 // One sentence for each reason to return kDamaged although the results are complete.
-std::vector<std::string> find_faults(const Config& config, const io::ScanStream& stream, const CountSink& counts) {
+std::vector<std::string> find_faults(const Config& config, const io::ScanStream& stream, const Session& session,
+                                     const CountSink& counts) {
   std::vector<std::string> faults;
   if (!stream.damage().empty())
     faults.push_back(config.input + ": " + stream.damage() + "; results are from the part before it");
@@ -135,6 +141,8 @@ std::vector<std::string> find_faults(const Config& config, const io::ScanStream&
   if (is_wrong_map(counts))
     faults.push_back(config.map + ": " + format_off_map(counts) +
                      ": map and poses are of different courses; the run did not use the map there");
+  if (session.direction().is_against())
+    faults.push_back(config.map + ": " + session.direction().sentence("this map") + ": turn its lines round");
   if (!config.ego.empty() && 2 * counts.frames_with_ego() < counts.frames())
     faults.push_back("--ego " + config.ego + ": covers only " + share_text(counts.frames_with_ego(), counts.frames()));
   return faults;
@@ -194,7 +202,7 @@ struct Live {
 struct Sinks {
   // Opens the files: `folder` must exist.
   Sinks(const RunOptions& options, const Config& config, ViewSink* live)
-      : tables(options.out, config.rig), times(config.rig) {
+      : tables(options.out, config.rig), times(config.rig), track_table(config.params.tracker_window) {
     if (!options.trace.empty()) trace.emplace(options.trace, config.rig);
     if (!options.mcap.empty() || live) view.emplace(config, options.mcap, images_of(options), live);
     if (options.picture_at >= 0) picture.emplace(options.picture_at, options.out, config);
@@ -340,7 +348,7 @@ int run(const RunOptions& options) {
                   io::counted(counts.clients, "client").c_str(), io::counted(counts.sent, "frame").c_str(),
                   static_cast<long long>(counts.dropped));
   }
-  const std::vector<std::string> faults = find_faults(config, *stream, sinks.counts);
+  const std::vector<std::string> faults = find_faults(config, *stream, session, sinks.counts);
   for (const std::string& fault : faults) std::fprintf(stderr, "overtake: %s\n", printable(fault).c_str());
   if (interrupted()) {
     std::fprintf(stderr, "overtake: %s; the results so far are kept in files that end in .part\n", partial.c_str());
@@ -354,9 +362,11 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   add_detector_options(command, options);
   add_common_options(command, options);
   add_map_option(command, options.map, "that of a simulated log or folder");
-  command.add_option("--ego", options.ego,
-                     "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps] "
-                     "(default: the recording's own, if any); none: without");
+  command.add_option(
+      "--ego", options.ego,
+      "CSV of ego poses: stamp_ns (or timestamp_ns, or time_s),x_m,y_m,yaw_rad[,z_m][,roll_rad,pitch_rad]"
+      "[,speed_mps][,yaw_rate_rps] "
+      "(default: the recording's own, if any); none: without");
   command.add_option("--mcap", options.mcap,
                      "also writes the pipeline's input and results for Foxglove: clouds with labels, "
                      "images, candidates, tracks, map, times, counters");

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "tools/cli/command.h"
 #include "tools/cli/command_options.h"
@@ -52,6 +53,11 @@ std::vector<Scan> read_scans(const std::string& path, std::vector<std::string>& 
     if (size_m <= 0.0) csv.fail(row, column, std::string(name) + " is not positive");
     return size_m;
   };
+  const auto variance = [&](std::size_t row, int32_t column, const char* name) {
+    const double value = optional(row, column);
+    if (value < 0.0) csv.fail(row, column, std::string(name) + " is negative");
+    return value;
+  };
   std::vector<Scan> scans;
   for (std::size_t i = 0; i < csv.row_count(); ++i) {
     const int64_t stamp_ns = csv.integer(i, stamp);
@@ -65,8 +71,8 @@ std::vector<Scan> read_scans(const std::string& path, std::vector<std::string>& 
     scan.x_m.push_back(csv.number(i, x));
     scan.y_m.push_back(csv.number(i, y));
     scan.heading_rad.push_back(optional(i, heading));
-    scan.var_x.push_back(optional(i, var_x));
-    scan.var_y.push_back(optional(i, var_y));
+    scan.var_x.push_back(variance(i, var_x, "var_x"));
+    scan.var_y.push_back(variance(i, var_y, "var_y"));
     scan.cov_xy.push_back(optional(i, cov_xy));
     scan.length_m.push_back(size(i, length, "length_m"));
     scan.width_m.push_back(size(i, width, "width_m"));
@@ -75,6 +81,36 @@ std::vector<Scan> read_scans(const std::string& path, std::vector<std::string>& 
     if (scan.score.back() < 0.0 || scan.score.back() > 1.0) csv.fail(i, score, "score is not between 0 and 1");
   }
   return scans;
+}
+
+// Throws io::Error at the first scan that the library would refuse for its number of rows.
+void check_row_counts(const std::string& path, const std::vector<Scan>& scans, int32_t capacity) {
+  for (const Scan& scan : scans) {
+    const auto rows = int64_t(scan.x_m.size());
+    if (rows <= capacity) continue;
+    int64_t enough = capacity;
+    while (enough < rows) enough *= 2;
+    throw io::Error(path, 0,
+                    "scan " + std::to_string(scan.stamp_ns) + " has " + std::to_string(rows) + " rows, at most " +
+                        std::to_string(capacity) + " are taken (--capacity candidates=" + std::to_string(enough) +
+                        " raises it)");
+  }
+}
+
+// Prints what became of the rows that reached no track, by reason.
+void print_losses(const ovt_stats& stats, int64_t rows) {
+  const std::pair<int64_t, const char*> reasons[] = {
+      {stats.measurements_rejected, "without a place that a car can have, or of a wrong stamp"},
+      {stats.measurements_unborn, "without a free track"},
+      {stats.measurements_late, "too late"},
+      {stats.measurements_lost, "of a scan that was not used"}};
+  std::vector<std::string> parts;
+  int64_t lost = 0;
+  for (const auto& [count, reason] : reasons)
+    if (count > 0) lost += count, parts.push_back(std::to_string(count) + " " + reason);
+  if (lost > 0)
+    std::printf("note: of %s %lld %s not used: %s\n", io::counted(rows, "row").c_str(), static_cast<long long>(lost),
+                lost == 1 ? "was" : "were", io::join(parts, ", ").c_str());
 }
 
 void push_scan(const Session& session, const Scan& scan) {
@@ -134,6 +170,7 @@ int track(const Options& options) {
   config.workers = 1;  // scans are tracked one after the other: more workers would be idle
   std::vector<std::string> unread;
   const auto scans = read_scans(config.input, unread);
+  check_row_counts(config.input, scans, effective_capacities(config).candidates);
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
   guard.add_folder(options.out);
@@ -187,9 +224,13 @@ int track(const Options& options) {
   if (!options.quiet && !unread.empty())
     std::printf("note: %s has %s that track does not read: %s\n", printable(config.input).c_str(),
                 unread.size() == 1 ? "a column" : "columns", printable(io::join(unread, ", ")).c_str());
+  int64_t rows = 0;
+  for (std::size_t i = 0; i < done; ++i) rows += int64_t(scans[i].x_m.size());
+  if (!options.quiet) print_losses(session.stats(), rows);
   if (!options.quiet && held > 0)
     std::printf("note: %s after a gap of more than a second: no rows in tracks.csv until the next ones confirmed it\n",
                 io::counted(held, "scan").c_str());
+  if (!options.quiet && !session.map_note().empty()) std::printf("note: %s\n", printable(session.map_note()).c_str());
   if (!options.quiet)
     for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (interrupted())

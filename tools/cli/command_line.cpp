@@ -50,6 +50,17 @@ bool is_known(const CLI::App& app, const std::string& name) {
   return !app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; }).empty();
 }
 
+// The first word that is neither an option of the program nor its value: it should be a command. `end`: there is none.
+std::vector<std::string>::const_iterator find_command(const CLI::App& app, const std::vector<std::string>& words) {
+  auto word = words.begin();
+  for (; word != words.end() && word->starts_with("-"); ++word) {
+    const CLI::Option* option = app.get_option_no_throw(*word);
+    const bool takes_value = option && option->get_items_expected_max() > 0;
+    if (takes_value && word + 1 != words.end()) ++word;
+  }
+  return word;
+}
+
 // The error of the command line, in one sentence. CLI11 reports missing options first, but an unknown word explains
 // more: it may be a misspelled option.
 std::string usage_error(const CommandTree& tree, const std::vector<std::string>& words, const CLI::ParseError& error) {
@@ -57,7 +68,7 @@ std::string usage_error(const CommandTree& tree, const std::vector<std::string>&
   const auto names = listed_names(tree);
   const std::string help = " (overtake --help)";
   if (words.empty()) return "a command is needed: " + io::join(names, ", ") + help;
-  const auto first = std::find_if(words.begin(), words.end(), [](const auto& word) { return !word.starts_with("-"); });
+  const auto first = find_command(app, words);
   if (first != words.end() && !is_known(app, *first))
     return "unknown command '" + *first + "'" + io::did_you_mean(*first, names) + help;
   const auto parsed = app.get_subcommands();

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/client/console.h"
+#include "tools/client/map_direction.h"
 #include "tools/io/angles.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
@@ -39,14 +40,26 @@ std::string frame_names(const std::set<std::string>& names) {
   return io::join(words, ", ");
 }
 
+// "; then: ...; ...; and 3 more" of `count` errors; "" for none.
+std::string format_more(const std::vector<std::string>& errors, int64_t count) {
+  if (errors.empty()) return "";
+  const int64_t left_out = count - int64_t(errors.size());
+  return "; then: " + io::join(errors, "; ") + (left_out > 0 ? "; and " + std::to_string(left_out) + " more" : "");
+}
+
 }  // namespace
 
 Doctor::Doctor(const io::Rig& rig) : rig_(rig), sensors_(rig.sensors.size()), walls_(rig.sensors.size()) {}
 
 void Doctor::add_error(int32_t sensor, const std::string& sentence) {
   Sensor& s = sensors_[std::size_t(sensor)];
+  constexpr std::size_t kListed = 10;
   ++s.scans;
-  if (s.errors++ == 0) s.first_error = sentence;
+  s.lost = true;
+  if (s.errors++ == 0)
+    s.first_error = sentence;
+  else if (s.more_errors.size() + 1 < kListed)
+    s.more_errors.push_back(sentence);
 }
 
 void Doctor::add_ego(const io::EgoRow& row) {
@@ -61,9 +74,10 @@ void Doctor::add_scan(const io::SensorScan& scan) {
     const int64_t step = int64_t(uint64_t(scan.stamp_ns) - uint64_t(s.last_ns));
     if (step < 0 && s.backward++ == 0) s.first_back_scan = s.scans, s.first_back_ns = -step;
     s.repeated += step == 0;
-    if (step > 0) s.steps_ns.push_back(step);
-    if (step > rig_.period_ns() * 3 / 2) ++s.gaps, s.longest_gap_ns = std::max(s.longest_gap_ns, step);
+    if (step > 0 && !s.lost) s.steps_ns.push_back(step);  // a scan that could not be read came in between
+    if (step > rig_.period_ns() * 3 / 2 && !s.lost) ++s.gaps, s.longest_gap_ns = std::max(s.longest_gap_ns, step);
   }
+  s.lost = false;
   s.last_ns = scan.stamp_ns;
   ++s.scans;
   s.empty += scan.count == 0;
@@ -121,10 +135,11 @@ void Doctor::judge_presence(std::size_t i, std::vector<Finding>& out) const {
   if (s.errors > 0)
     out.push_back(
         {true, about,
-         std::to_string(s.errors) + " of " + counted(s.scans, "scan") + " cannot be read; the first: " + s.first_error,
+         std::to_string(s.errors) + " of " + counted(s.scans, "scan") + " cannot be read; the first: " + s.first_error +
+             format_more(s.more_errors, s.errors - 1),
          s.first_error.find("no field gives the layer") != std::string::npos
              ? "record a ring field, or keep the order in which the points were taken; then lines are recovered"
-             : "check the recording of these messages; the others can be used"});
+             : "check the recording of these scans; the others can be used"});
   if (s.empty == s.scans)
     out.push_back({true, about,
                    s.scans == 1 ? "its scan is empty" : "all " + std::to_string(s.scans) + " scans are empty",
@@ -379,19 +394,14 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
 }
 
 void Doctor::set_map(const io::MapData& map, const std::string& file, const ovt_params& params) {
-  const char* wrong = nullptr;
-  const bool good = map.is_bounds()
-                        ? map_.build_from_bounds(map.left_x_m.data(), map.left_y_m.data(), int32_t(map.left_x_m.size()),
-                                                 map.right_x_m.data(), map.right_y_m.data(),
-                                                 int32_t(map.right_x_m.size()), map.closed, &wrong)
-                        : map_.build(map.x_m.data(), map.y_m.data(), map.width_left_m.data(), map.width_right_m.data(),
-                                     nullptr, int32_t(map.x_m.size()), map.closed, &wrong);
-  if (!good) throw io::Error(file, 0, wrong);
+  map_ = to_circuit(map, file);
   map_file_ = file;
+  banking_turned_ = map.banking_turned;
   map_margin_m_ = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
 }
 
 void Doctor::judge_place(std::vector<Finding>& out) const {
+  if (banking_turned_) out.push_back({false, "map", map_file_ + ": " + io::kBankingTurned, ""});
   if (map_.empty() || ego_.empty()) return;
   int64_t off = 0;
   double farthest_m = 0;
@@ -410,6 +420,14 @@ void Doctor::judge_place(std::vector<Finding>& out) const {
                       : "the map is not used there; where it is no pit lane and no run-off, check the poses"});
 }
 
+void Doctor::judge_direction(std::vector<Finding>& out) const {
+  MapDirection direction;
+  for (const io::EgoRow& row : ego_) direction.add(map_, row, map_margin_m_);
+  if (direction.is_against())
+    out.push_back({true, "map", direction.sentence(map_file_),
+                   "turn its lines round: the points of a map are in driving direction"});
+}
+
 std::vector<Finding> Doctor::findings() const {
   std::vector<Finding> out;
   const std::vector<std::size_t> owner = find_swapped_yaws(rig_, walls_);
@@ -425,6 +443,7 @@ std::vector<Finding> Doctor::findings() const {
   }
   judge_ego(out);
   judge_place(out);
+  judge_direction(out);
   return out;
 }
 

@@ -59,6 +59,8 @@ class Doctor {
     std::set<std::string> frame_ids;
     std::set<int64_t> layers;
     std::string lines_how, first_error;
+    std::vector<std::string> more_errors;
+    bool lost = false;  // a scan, since the last good one
     std::vector<int64_t> steps_ns;
     std::vector<Ground> grounds;
     std::vector<double> ranges_m;    // a sample
@@ -76,6 +78,7 @@ class Doctor {
   void judge_mounting(std::size_t i, std::vector<Finding>& out) const;
   void judge_ego(std::vector<Finding>& out) const;
   void judge_place(std::vector<Finding>& out) const;
+  void judge_direction(std::vector<Finding>& out) const;
 
   const io::Rig rig_;
   std::vector<Sensor> sensors_;
@@ -83,6 +86,7 @@ class Doctor {
   std::vector<io::EgoRow> ego_;
   CircuitMap map_;
   std::string map_file_;
+  bool banking_turned_ = false;
   double map_margin_m_ = 0;
 };
 

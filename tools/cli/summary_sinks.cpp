@@ -122,7 +122,7 @@ void TrackTableSink::add(const FinishedFrame& frame) {
   });
   order.resize(std::min(order.size(), kMost));
   table_ = TextTable({"name", "in frame", "x m", "y m", "speed m/s", "course deg", "heading deg", "seen length m",
-                      "seen width m", "hits", "age"});
+                      "seen width m", "hits of last " + std::to_string(window_), "age in iterations"});
   for (const int32_t i : order)
     table_.add({track_name(tracks.id[i]), frame.info.reference == OVT_REFERENCE_MAP ? "map" : "vehicle",
                 fixed(tracks.x_m[i], 2), fixed(tracks.y_m[i], 2), fixed(tracks.speed_mps[i], 1),

@@ -71,11 +71,13 @@ class TrackTableSink : public FrameSink {
  public:
   static constexpr std::size_t kMost = 10;
 
+  explicit TrackTableSink(int32_t window) : window_(window) {}  // tracker.window: hits count in so many iterations
   void add(const FinishedFrame& frame) override;
   std::size_t count() const { return count_; }
   std::string format() const { return table_.format(); }
 
  private:
+  int32_t window_;
   std::size_t count_ = 0;
   TextTable table_{{}};
 };

@@ -152,7 +152,6 @@ bool read_config_file(Config& config, const Options& options) {
 
 // Sets NAME=ROWS. `points` applies to every sensor of the rig.
 void set_capacity(Config& config, const std::string& pair) {
-  constexpr int32_t kMostPoints = 16'000'000;
   const auto equals = std::min(pair.find('='), pair.size());
   const std::string name(io::trim(std::string_view(pair).substr(0, equals)));
   const std::string_view value = io::trim(std::string_view(pair).substr(std::min(equals + 1, pair.size())));
@@ -163,7 +162,7 @@ void set_capacity(Config& config, const std::string& pair) {
     return int32_t(rows);
   };
   if (name == "points") {
-    const int32_t rows = rows_of(kMostPoints);
+    const int32_t rows = rows_of(io::kMostPoints);
     if (!config.has_rig) throw Error("--capacity " + pair, 0, "needs a rig: points are of its sensors");
     for (io::RigSensor& sensor : config.rig.sensors) sensor.point_capacity = rows;
     return;

@@ -107,6 +107,7 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
     : period_ns_(config.has_rig ? config.rig.period_ns() : 0),
       capacities_(effective_capacities(config)),
       in_pieces_(config.in_pieces),
+      map_margin_m_(std::max(config.params.gate_ego_margin_m, config.params.gate_map_margin_m)),
       rig_(config.rig) {
   if (!config.ego.empty()) ego_ = io::read_ego_file(config.ego);
   io::MapData map;
@@ -114,6 +115,7 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
   if (!config.map.empty()) {
     map = io::read_map(config.map);
     map_def = to_map_def(map);
+    if (map.banking_turned) map_note_ = config.map + ": " + io::kBankingTurned;
   }
   std::vector<ovt_sensor_def> sensors;
   for (const io::RigSensor& sensor : rig_.sensors) sensors.push_back(to_sensor_def(sensor));
@@ -143,6 +145,7 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
     throw io::Error("--isa " + config.isa, 0, "unknown, or this CPU lacks it; it has " + std::string(build.isas));
   }
   if (status != OVT_OK) throw io::Error("", 0, *error ? error : ovt_status_text(status));
+  if (!config.map.empty()) circuit_ = to_circuit(map, config.map);
 }
 
 Session::~Session() { ovt_destroy_detector(detector_); }
@@ -152,6 +155,7 @@ void Session::push_ego_until(int64_t stamp_ns) {
     const io::EgoRow& row = ego_[next_ego_++];
     const ovt_ego_pose pose = to_pose(row);
     const ovt_status pushed = ovt_push_ego_pose(detector_, &pose);
+    if (pushed == OVT_OK) direction_.add(circuit_, row, map_margin_m_);
     // Pushes the recording's poses in their recorded order; the library counts those whose stamps it rejects.
     if (pushed == OVT_BAD_ARGUMENT && bad_poses_++ == 0) first_bad_pose_ns_ = row.stamp_ns;
     if (pushed != OVT_DUPLICATE && pushed != OVT_LATE && pushed != OVT_BAD_ARGUMENT)

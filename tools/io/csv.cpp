@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/io/csv.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tools/io/error.h"
@@ -94,9 +95,14 @@ Csv Csv::parse(const std::string& path_in_errors, std::string text) {
 }
 
 int32_t Csv::find(std::initializer_list<std::string_view> names) const {
-  for (const auto& wanted : names)
-    for (std::size_t i = 0; i < names_.size(); ++i)
-      if (name_without_unit(names_[i]) == wanted) return int32_t(i);
+  for (const auto& wanted : names) {
+    const auto has_it = [&](const std::string& name) { return name_without_unit(name) == wanted; };
+    const auto first = std::find_if(names_.begin(), names_.end(), has_it);
+    if (first == names_.end()) continue;
+    if (std::any_of(first + 1, names_.end(), has_it))
+      throw Error(path_, 0, "two columns are named " + std::string(wanted));
+    return int32_t(first - names_.begin());
+  }
   return -1;
 }
 

@@ -26,7 +26,7 @@ class Csv {
   const std::vector<std::string>& names() const { return names_; }  // as written, trimmed
 
   // Column with one of `names` (the first that exists); ignores case and a unit in brackets as in `x(m)`. -1: none.
-  // need() throws instead; the error lists the names.
+  // Throws Error where two columns have it; need() also where none has, and lists the names.
   int32_t find(std::initializer_list<std::string_view> names) const;
   int32_t need(std::initializer_list<std::string_view> names) const;
 

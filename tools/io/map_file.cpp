@@ -67,11 +67,49 @@ std::vector<double> pick(const Csv& csv, const Line& line, int32_t column) {
   return values;
 }
 
+std::vector<double> pick_banking(const Csv& csv, const Line& line, int32_t column) {
+  constexpr double kSteepest_rad = 1.0;  // the limit of ovt_map_def
+  auto banking = pick(csv, line, column);
+  for (std::size_t i = 0; i < banking.size(); ++i)
+    if (std::fabs(banking[i]) > kSteepest_rad) csv.fail(line.row[i], column, "banking_rad is beyond 1 rad (degrees?)");
+  return banking;
+}
+
 std::vector<double> pick_width(const Csv& csv, const Line& line, int32_t column) {
   auto widths = pick(csv, line, column);
   for (std::size_t i = 0; i < widths.size(); ++i)
     if (widths[i] < 0) csv.fail(line.row[i], column, "a width is negative");
   return widths;
+}
+
+// Points at least 5 m apart: over shorter steps the measurement noise turns the line more than the circuit does.
+std::vector<std::size_t> thin_out(const Line& line) {
+  constexpr double kStep_m = 5;
+  std::vector<std::size_t> kept = {0};
+  for (std::size_t i = 1; i < line.x.size(); ++i)
+    if (std::hypot(line.x[i] - line.x[kept.back()], line.y[i] - line.y[kept.back()]) >= kStep_m) kept.push_back(i);
+  return kept;
+}
+
+// Whether on the whole the outer side of the turns is the lower one, if positive banking raises the right side. A
+// circuit is not built so (a turn here and there may be): the file has the opposite sign. A bank counts by the angle
+// that the line turns on it.
+bool leans_outwards(const Line& line, const std::vector<double>& banking_rad) {
+  constexpr double kLeast_rad2 = 0.05;  // 30 degrees of a turn, banked by 6: less than that tells nothing
+  constexpr double kLeastShare = 0.2;   // of the banks' whole weight; where they contradict each other, none is changed
+  const std::vector<std::size_t> at = thin_out(line);
+  const std::size_t n = at.size();
+  double sum = 0, weight = 0;  // rad^2; left turns and banks to the left are positive
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!line.closed && (k == 0 || k + 1 == n)) continue;
+    const std::size_t a = at[(k + n - 1) % n], b = at[k], c = at[(k + 1) % n];
+    const double in_x = line.x[b] - line.x[a], in_y = line.y[b] - line.y[a];
+    const double out_x = line.x[c] - line.x[b], out_y = line.y[c] - line.y[b];
+    const double turn = std::atan2(in_x * out_y - in_y * out_x, in_x * out_x + in_y * out_y);
+    sum += turn * banking_rad[b];
+    weight += std::fabs(turn * banking_rad[b]);
+  }
+  return sum < -kLeast_rad2 && sum < -kLeastShare * weight;
 }
 
 MapData read_center_line(const Csv& csv) {
@@ -95,7 +133,10 @@ MapData read_center_line(const Csv& csv) {
   map.y_m = line.y;
   map.width_right_m = pick_width(csv, line, right);
   map.width_left_m = pick_width(csv, line, left);
-  if (banking >= 0) map.banking_rad = pick(csv, line, banking);
+  if (banking >= 0) map.banking_rad = pick_banking(csv, line, banking);
+  map.banking_turned = banking >= 0 && leans_outwards(line, map.banking_rad);
+  if (map.banking_turned)
+    for (double& angle : map.banking_rad) angle = -angle;
 
   // The right bound is at ref + normvec * width_right. If the vectors point to the left of the points' direction, the
   // line was reversed after they were made: its "right" is the driver's left.

@@ -8,6 +8,9 @@
 //   - two bounds, "FILE1,FILE2": x, y each, in any order and direction; the first is in driving direction
 //   - an MCAP log with an attachment map.csv of one of the first two forms
 // The points are in driving direction; left is to the left of it. A line whose ends meet is closed.
+//
+// banking_rad is positive where the right side is higher. Public tables of the Las Vegas Motor Speedway have the
+// opposite sign: if the turns of a file lean outwards on the whole, the reader turns the column round.
 #pragma once
 
 #include <string>
@@ -19,8 +22,13 @@ struct MapData {
   bool closed = false;
   std::vector<double> x_m, y_m, width_left_m, width_right_m, banking_rad;  // banking may be empty
   std::vector<double> left_x_m, left_y_m, right_x_m, right_y_m;            // two bounds, else empty
+  bool banking_turned = false;                                             // the file has the opposite sign
   bool is_bounds() const { return !left_x_m.empty(); }
 };
+
+// What the user should know of a map that was turned round; follows its path and a colon.
+inline constexpr const char* kBankingTurned =
+    "its banking has the opposite sign (positive: the right side is higher): it is turned round";
 
 // Throws Error with file, line and column.
 MapData read_map(const std::string& path_or_two_paths);

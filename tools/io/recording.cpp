@@ -105,23 +105,23 @@ Recording::Recording(const std::string& path, Rig rig) : path_(path), rig_(std::
   for (auto& [number, entry] : frames) frames_.push_back(std::move(entry));
 }
 
-FrameScans Recording::read(std::size_t i, std::vector<std::string>* lost) const {
+FrameScans Recording::read(std::size_t i, std::vector<LostFile>* lost) const {
   const Entry& entry = frames_[i];
   FrameScans frame;
   frame.frame = entry.number;
   for (std::size_t p = 0; p < entry.paths.size(); ++p) {
     const std::string& path = entry.paths[p];
     if (path.empty()) continue;
-    const int64_t stamp_ns = stamp_of_frame(path, entry.number, rig_.period_ns());
     std::vector<SensorScan> scans;
     try {
+      const int64_t stamp_ns = stamp_of_frame(path, entry.number, rig_.period_ns());
       const Cloud cloud = read_cloud(path);
       const int32_t first = rig_.shared_cloud ? 0 : int32_t(p);
       const int32_t last = rig_.shared_cloud ? int32_t(rig_.sensors.size()) - 1 : first;
       for (int32_t s = first; s <= last; ++s) scans.push_back(make_scan(path, cloud, rig_, s, stamp_ns));
     } catch (const Error& error) {
       if (!lost) throw;
-      lost->push_back(error.what());
+      lost->push_back({int32_t(p), error.what()});
       continue;
     }
     std::move(scans.begin(), scans.end(), std::back_inserter(frame.scans));

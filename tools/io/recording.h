@@ -20,6 +20,12 @@
 
 namespace overtake::io {
 
+// A scan, or with a shared cloud all scans of a frame, that could not be read.
+struct LostFile {
+  int32_t sensor;     // of a shared cloud: 0
+  std::string error;  // a sentence with the path
+};
+
 class Recording {
  public:
   // Throws Error: the folder is missing or has no scan; a name has no frame number, a sensor that the rig lacks, or no
@@ -28,9 +34,9 @@ class Recording {
 
   std::size_t frame_count() const { return frames_.size(); }
   int64_t frame_number(std::size_t i) const { return frames_[i].number; }
-  // Reads the frame's files. At an unreadable file throws Error; with `lost`, leaves out its scans and appends the
-  // error's sentence to `lost`.
-  FrameScans read(std::size_t i, std::vector<std::string>* lost = nullptr) const;
+  // Reads the frame's files. At an unreadable file throws Error; with `lost`, leaves out its scans and appends it to
+  // `lost`.
+  FrameScans read(std::size_t i, std::vector<LostFile>* lost = nullptr) const;
   const Rig& rig() const { return rig_; }
   const std::string& path() const { return path_; }
 

@@ -68,7 +68,7 @@ RigSensor read_sensor(TomlReader& reader) {
   sensor.layer_last = int32_t(reader.integer_or("layer_last", 0, 65535, 65535));
   if (sensor.layer_first > sensor.layer_last)
     reader.fail(reader.line_of("layer_last"), "'layer_last' must not be smaller than 'layer_first'");
-  sensor.point_capacity = int32_t(reader.integer_or("point_capacity", 1, 1 << 24, sensor.point_capacity));
+  sensor.point_capacity = int32_t(reader.integer_or("point_capacity", 1, kMostPoints, sensor.point_capacity));
   sensor.topics = read_topics(reader, "topics");
   sensor.frame_id = reader.text_or("frame_id", "");
   reader.finish();

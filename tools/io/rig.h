@@ -60,6 +60,7 @@ struct CapacityKey {
   int32_t Capacities::*rows;
   int32_t most;
 };
+inline constexpr int32_t kMostPoints = 16'000'000;  // point_capacity of the library
 inline constexpr CapacityKey kCapacityKeys[] = {{"clusters", &Capacities::clusters, 1'000'000},
                                                 {"candidates", &Capacities::candidates, 4096},
                                                 {"tracks", &Capacities::tracks, 4096},

@@ -18,9 +18,9 @@ class FolderStream : public ScanStream {
   // Leaves out unreadable files and counts them. Throws Error if no file was readable.
   bool next(FrameScans& out) override {
     while (at_ < recording_.frame_count()) {
-      std::vector<std::string> lost;
+      std::vector<LostFile> lost;
       out = recording_.read(at_++, &lost);
-      if (lost_count_ == 0 && !lost.empty()) first_loss_ = lost[0];
+      if (lost_count_ == 0 && !lost.empty()) first_loss_ = lost[0].error;
       lost_count_ += int64_t(lost.size());
       if (out.scans.empty()) continue;
       any_ = true;

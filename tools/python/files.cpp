@@ -45,6 +45,7 @@ py::dict load_rig(const std::string& name) {
 
 py::dict load_map(const std::string& path) {
   const auto map = without_gil([&] { return io::read_map(path); });
+  if (map.banking_turned) warn(path + ": " + io::kBankingTurned);
   py::dict out;
   out["closed"] = map.closed;
   const auto put = [&](const char* name, const std::vector<double>& values) {
@@ -66,6 +67,10 @@ PyObject* new_type(py::module_& module, const char* name, const char* text, PyOb
 }
 
 }  // namespace
+
+void warn(const std::string& sentence) {
+  if (PyErr_WarnEx(PyExc_UserWarning, sentence.c_str(), 1) != 0) throw py::error_already_set();
+}
 
 void warn_of_damage(const std::string& sentence) {
   if (PyErr_WarnEx(damage_warning, sentence.c_str(), 1) != 0) throw py::error_already_set();

@@ -16,6 +16,7 @@ void add_races(py::module_& module);
 
 // The options of a dict that _files.py makes, as the command line has them.
 cli::Options to_options(const py::dict& from);
+void warn(const std::string& sentence);  // issues a UserWarning
 // Issues a DamageWarning.
 void warn_of_damage(const std::string& sentence);
 

@@ -133,11 +133,14 @@ class Run {
   }
   void finish() {
     if (std::exchange(finished_, true)) return;
+    if (!session_->map_note().empty()) warn(session_->map_note());
     if (!damage_.empty()) warn_of_damage(config_.input + ": " + damage_ + "; the frames are those before it");
     if (stream_->lost_count() > 0) warn_of_damage(config_.input + ": " + stream_->losses());
     if (2 * off_map_ > frames_)
       warn_of_damage(config_.map + ": the ego vehicle is outside of this map in " + std::to_string(off_map_) + " of " +
                      std::to_string(frames_) + " frames: map and poses are of different courses");
+    if (session_->direction().is_against())
+      warn_of_damage(config_.map + ": " + session_->direction().sentence("this map") + ": turn its lines round");
     if (!config_.ego.empty() && 2 * with_ego_ < frames_)
       warn_of_damage(config_.ego + ": covers only " + std::to_string(with_ego_) + " of " + std::to_string(frames_) +
                      " frames");

@@ -104,8 +104,7 @@ void draw_confirmed(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& track
   PlanePoint last = ego.place(tracks.x_m[i], tracks.y_m[i]);
   canvas.polygon(rectangle(last, ego.heading(tracks.heading_rad[i]), params.vehicle_length_m, params.vehicle_width_m),
                  kTrack, 4);
-  canvas.label(last, "id " + std::to_string(tracks.id[i] & 0xffffffffu) + "  " + fixed(tracks.speed_mps[i], 1) + " m/s",
-               kTrack, 32, 44);
+  canvas.label(last, track_label(tracks.id[i], tracks.speed_mps[i]), kTrack, 32, 44);
   for (int32_t k = 0; k < tracks.path_points; ++k) {
     const int32_t p = i * tracks.path_points + k;
     const PlanePoint next = ego.place(tracks.path_x_m[p], tracks.path_y_m[p]);
@@ -129,6 +128,8 @@ void draw_confirmed(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& track
 }
 
 }  // namespace
+
+std::string track_label(uint64_t id, double speed_mps) { return track_name(id) + "  " + fixed(speed_mps, 1) + " m/s"; }
 
 io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params& params, const std::string& caption) {
   ovt_frame_info info;

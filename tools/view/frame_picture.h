@@ -17,9 +17,11 @@ namespace overtake::cli {
 //
 //   points       ground dark, others grey, of a detection orange
 //   detection    rectangle of the known size, orange
-//   track        confirmed only, blue: rectangle, id, speed; predicted path with a dot every 0.5 s, and every 1 s
+//   track        confirmed only, blue: rectangle, name, speed; predicted path with a dot every 0.5 s, and every 1 s
 //                the 95 % ellipse and, inside of it, the 70 % ellipse where the method publishes a steady car's
 //                deviations, unless they are wider than the road
 io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params& params, const std::string& caption);
+// "0:1  38.2 m/s": the name as in tables.
+std::string track_label(uint64_t id, double speed_mps);
 
 }  // namespace overtake::cli

@@ -63,7 +63,10 @@ class Rig:
 
 @dataclasses.dataclass
 class Map:
-    """A race track: a centre line with widths, or two bounds, in driving direction. Arrays (n,) in m."""
+    """A race track: a centre line with widths, or two bounds, in driving direction. Arrays (n,) in m.
+
+    banking_rad: (n,), rad, at most 1: the road across the line, positive where the right side is higher.
+    """
 
     closed: bool = True
     x_m: typing.Any = None
@@ -91,7 +94,11 @@ def load_rig(name):
 
 
 def load_map(path):
-    """The Map of a file: a centre line with widths, a race line table, "FILE1,FILE2" with two bounds, or a log."""
+    """The Map of a file: a centre line with widths, a race line table, "FILE1,FILE2" with two bounds, or a log.
+
+    Banking whose turns lean outwards on the whole has the opposite sign (see Map): it is turned round, with a
+    UserWarning.
+    """
     _need_files("load_map")
     return Map(**_overtake.load_map(os.fspath(path)))
 

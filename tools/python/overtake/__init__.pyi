@@ -592,7 +592,10 @@ class Rig:
                  capacities: dict[str, int] = ..., source: str = "") -> None: ...
 
 class Map:
-    """A race track: a centre line with widths, or two bounds, in driving direction. Arrays (n,) in m."""
+    """A race track: a centre line with widths, or two bounds, in driving direction. Arrays (n,) in m.
+
+    banking_rad: (n,), rad, at most 1: the road across the line, positive where the right side is higher.
+    """
     closed: bool
     x_m: typing.Any
     y_m: typing.Any
