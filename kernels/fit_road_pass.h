@@ -41,7 +41,7 @@ struct FitPass {
   double trim_m;
   bool of_plane;  // also where only a plane is fitted
 };
-inline constexpr FitPass kFitPasses[] = {{30.0f, 0.5, true}, {60.0f, 0.3, false}, {100.0f, 0.3, true}};
+constexpr FitPass kFitPasses[] = {{30.0f, 0.5, true}, {60.0f, 0.3, false}, {100.0f, 0.3, true}};
 
 OVT_INLINE bool fits_plane(const RoadShape& shape) noexcept {
   return shape.expected.source == ExpectedRoad::Source::kLearned;
