@@ -10,7 +10,7 @@
 #include <set>
 #include <tuple>
 
-#include "tools/evaluation/circuit_file.h"
+#include "tools/client/circuit_file.h"
 #include "tools/io/angles.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
@@ -206,8 +206,7 @@ RunComparison compare_runs(const RunTables& a, const RunTables& b) {
 }
 
 void place_on_map(RunComparison& comparison, const std::string& map_file) {
-  CircuitMap map;
-  evaluation::build_circuit(map_file, map);
+  const CircuitMap map = read_circuit(map_file);
   for (RunCounts* run : {&comparison.a, &comparison.b})
     for (LoneTrack& t : run->lone_tracks) {
       const MapProjection at = map.project(t.x_m, t.y_m);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/client/circuit_file.h"
 #include "tools/client/console.h"
 #include "tools/client/map_direction.h"
 #include "tools/io/angles.h"

@@ -4,24 +4,9 @@
 
 #include <cmath>
 
-#include "tools/io/error.h"
 #include "tools/io/words.h"
 
 namespace overtake::cli {
-
-CircuitMap to_circuit(const io::MapData& data, const std::string& file) {
-  CircuitMap map;
-  const char* wrong = nullptr;
-  const bool good =
-      data.is_bounds()
-          ? map.build_from_bounds(data.left_x_m.data(), data.left_y_m.data(), int32_t(data.left_x_m.size()),
-                                  data.right_x_m.data(), data.right_y_m.data(), int32_t(data.right_x_m.size()),
-                                  data.closed, &wrong)
-          : map.build(data.x_m.data(), data.y_m.data(), data.width_left_m.data(), data.width_right_m.data(), nullptr,
-                      int32_t(data.x_m.size()), data.closed, &wrong);
-  if (!good) throw io::Error(file, 0, wrong);
-  return map;
-}
 
 void MapDirection::add(const CircuitMap& map, const io::EgoRow& row, double margin_m) {
   constexpr double kDrives_mps = 5;

@@ -10,12 +10,8 @@
 
 #include "core/circuit_map.h"
 #include "tools/io/ego_file.h"
-#include "tools/io/map_file.h"
 
 namespace overtake::cli {
-
-// Throws io::Error with the file where the data is not a map. Without the banking.
-CircuitMap to_circuit(const io::MapData& data, const std::string& file);
 
 class MapDirection {
  public:

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/client/circuit_file.h"
 #include "tools/client/pieces.h"
 #include "tools/io/angles.h"
 #include "tools/io/error.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "tools/evaluation/circuit_file.h"
+#include "tools/client/circuit_file.h"
 #include "tools/evaluation/metrics/consistency.h"
 #include "tools/evaluation/numbers.h"
 
@@ -22,7 +22,7 @@ void keep_larger(double change, double& most) {
 
 }  // namespace
 
-void PathJudge::use_circuit(const std::string& map_file) { build_circuit(map_file, circuit_); }
+void PathJudge::use_circuit(const std::string& map_file) { circuit_ = cli::read_circuit(map_file); }
 
 double PathJudge::steady_square(const Point& p, const double (&error)[2]) {
   if (!(p.steady_along_m > 0 && p.steady_across_m > 0)) return kNan;

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "kernels/fit_rectangle.h"
-#include "tools/evaluation/circuit_file.h"
+#include "tools/client/circuit_file.h"
 #include "tools/evaluation/detection_columns.h"
 #include "tools/io/error.h"
 
@@ -14,7 +14,7 @@ namespace overtake::evaluation {
 
 TrackerReplay::TrackerReplay(const std::string& kind, const TruthLog& log, const cli::Config& config)
     : kind_(kind), log_(log), params_(config.params) {
-  if (!config.map.empty()) build_circuit(config.map, map_);
+  if (!config.map.empty()) map_ = cli::read_circuit(config.map);
   cli::Config alone = config;
   alone.has_rig = false;  // no LiDAR: only the tracker
   alone.rig = io::Rig();
