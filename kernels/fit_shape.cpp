@@ -1,5 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Section 5b: what each form of fit_road calls, built once for all ISAs.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

@@ -42,12 +42,6 @@ template <class M>
 OVT_INLINE bool any_of(M mask) {
   if constexpr (requires { mask.any(); }) {
     return mask.any();
-  } else if constexpr (sizeof(M) == 2 * sizeof(uint64_t)) {  // four integers side by side
-    struct Words {
-      uint64_t low, high;
-    };
-    const Words words = __builtin_bit_cast(Words, mask);
-    return (words.low | words.high) != 0;
   } else {
     return true;
   }
