@@ -16,8 +16,7 @@ constexpr int32_t kLeafSegments = 8;
 constexpr int32_t kHintSteps = 8;
 constexpr double kCoincident_m = 1e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSteepest_rad = 1.0;  // of a bank: steeper is no road
-constexpr double kNarrow_m = 1.0;      // a map that is nowhere wider has one bound twice, or no widths
+constexpr double kNarrow_m = 1.0;  // a map that is nowhere wider has one bound twice, or no widths
 
 double mix(double a, double b, double t) { return a + t * (b - a); }
 double mix_angle(double a, double b, double t) { return wrap_angle(a + t * wrap_angle(b - a)); }
@@ -33,7 +32,8 @@ const char* find_fault(const double* x, const double* y, const double* left, con
       return "a track map's value is not a finite number";
     if (std::fabs(x[i]) > kMaxMapCoordinate || std::fabs(y[i]) > kMaxMapCoordinate)
       return "a track map's point lies more than 1e8 m from the origin";
-    if (banking && std::fabs(banking[i]) > kSteepest_rad) return "a track map's banking_rad is beyond 1 rad (degrees?)";
+    if (banking && std::fabs(banking[i]) > kMaxMapBanking_rad)
+      return "a track map's banking_rad is beyond 1 rad (degrees?)";
     if (left[i] < 0 || right[i] < 0) return "a track map's width is negative";
     if (left[i] > kMaxMapWidth || right[i] > kMaxMapWidth) return "a track map's width is over 4e8 m";
     if (i > 0 && hypot_f64(x[i] - x[i - 1], y[i] - y[i - 1]) < kCoincident_m)

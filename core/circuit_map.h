@@ -30,6 +30,7 @@ struct MapProjection {
 inline constexpr double kMaxMapCoordinate = 1e8;
 // Limit of widths: a track this wide already contains every point within kMaxMapCoordinate.
 inline constexpr double kMaxMapWidth = 4.0 * kMaxMapCoordinate;
+inline constexpr double kMaxMapBanking_rad = 1.0;  // steeper is no road
 
 // Nearest point to p on the segment from a to b: a + t (b - a), clamped to the box of a and b.
 struct SegmentFoot {

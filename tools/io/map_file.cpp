@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/circuit_map.h"
 #include "tools/io/bag_reader.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
@@ -68,10 +69,10 @@ std::vector<double> pick(const Csv& csv, const Line& line, int32_t column) {
 }
 
 std::vector<double> pick_banking(const Csv& csv, const Line& line, int32_t column) {
-  constexpr double kSteepest_rad = 1.0;  // the limit of ovt_map_def
   auto banking = pick(csv, line, column);
   for (std::size_t i = 0; i < banking.size(); ++i)
-    if (std::fabs(banking[i]) > kSteepest_rad) csv.fail(line.row[i], column, "banking_rad is beyond 1 rad (degrees?)");
+    if (std::fabs(banking[i]) > kMaxMapBanking_rad)
+      csv.fail(line.row[i], column, "banking_rad is beyond 1 rad (degrees?)");
   return banking;
 }
 
