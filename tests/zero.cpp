@@ -18,6 +18,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <string>
@@ -45,6 +46,12 @@ Numbers count() {
   rusage usage;
   getrusage(RUSAGE_SELF, &usage);
   return {overtake::test::count_heap_calls(), overtake::test::count_lock_calls(), usage.ru_minflt + usage.ru_majflt};
+}
+
+int32_t count_threads() {
+  int32_t count = 0;
+  for ([[maybe_unused]] const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) ++count;
+  return count;
 }
 
 bool is_mapped(const char* library) {
@@ -177,6 +184,8 @@ int main(int argc, char** argv) {
     std::printf("zero: %s\n", error);
     return 1;
   }
+  // This thread, the intake and the workers. A thread more was not there when the others prepared for their work.
+  require(count_threads() <= (workers == 1 ? 1 : 2 + workers), "create started more threads than there are workers");
   ovt_runtime_info runtime{};
   ovt_read_runtime_info(detector, &runtime);
   ovt_reader* reader = nullptr;
