@@ -3,11 +3,6 @@
 #include "pipeline/clock_watch.h"
 
 namespace overtake {
-namespace {
-
-int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_ns(a, b) : difference_ns(b, a); }
-
-}  // namespace
 
 StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
   Source& s = sources_[source];

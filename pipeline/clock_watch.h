@@ -56,6 +56,8 @@ inline int64_t difference_ns(int64_t a, int64_t b) noexcept {
   return a > b ? INT64_MAX : INT64_MIN;
 }
 
+inline int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_ns(a, b) : difference_ns(b, a); }
+
 // stamp + duration, saturated.
 inline int64_t later_ns(int64_t stamp_ns, int64_t duration_ns) noexcept {
   int64_t out;

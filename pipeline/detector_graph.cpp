@@ -59,8 +59,7 @@ class WorkerShare {
 // the process may use them; an overloaded machine may take seconds to start a thread. kSharePatience_ns: how long it
 // may keep workers of other detectors from their frames.
 constexpr int64_t kStartPatience_ns = 10'000'000'000, kSharePatience_ns = 200'000'000;
-// Workers without a task leave an arena after some 0.1 ms; TBB tells nobody when.
-constexpr std::chrono::milliseconds kLeave(2);
+constexpr std::chrono::milliseconds kLeave(5);  // for workers without a task to leave an arena, mostly after 0.1 ms
 
 // One warm-up at a time: two would wait for each other's workers.
 std::mutex warm_up_mutex;
@@ -280,10 +279,13 @@ struct DetectorGraph::Nodes {
   // TBB starts a thread only for a task that no idle thread takes. Workers of other detectors may be idle now and come
   // to the warm-up, and be at work when the first frames come. So the workers of all detectors meet once, in an arena
   // of their own, before any gets this detector's settings: a new thread inherits those of the worker that starts it.
-  // Each creates as many messages as it may need for this detector. A lone detector needs no meeting, and must have
-  // none: while both arenas ask for workers, TBB starts more threads than the detector has workers, and one that came
-  // to neither may run a frame later. For the same reason the graph asks only after the workers have left.
+  // Each creates as many messages as it may need for this detector. A lone detector needs no meeting.
+  // While two arenas ask for workers at once, TBB starts more threads than the detectors have workers, and one that
+  // came to no warm-up may run a frame later. So each asks only after the workers have left the one before it. TBB
+  // tells nobody when: on a busy machine it may still come to a thread more, except for a process's first detector.
   void meet_all_workers() {
+    static std::atomic<bool> is_first{true};
+    if (!is_first.exchange(false)) std::this_thread::sleep_for(kLeave);
     const int32_t all = std::min(WorkerShare::count_all(), WorkerShare::count_allowed());
     if (all <= expected) return;
     const int64_t until = steady_now_ns() + kSharePatience_ns;

@@ -15,8 +15,6 @@ namespace {
 // A sensor slower than this counts as silent in between: nobody would notice one that loses most of its scans.
 constexpr int64_t kMostPeriods = 4;
 
-int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_ns(a, b) : difference_ns(b, a); }
-
 }  // namespace
 
 bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator) {
@@ -28,7 +26,7 @@ bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capac
 }
 
 IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
-  if (classified_ && classified_source_ == source && classified_stamp_ns_ == stamp_ns) return IntakeResult::kNoSlot;
+  if (classified_ == Source{source, stamp_ns}) return IntakeResult::kNoSlot;
   // A clock that goes back by whole periods repeats stamps that were used. The clock watch must see the late ones of
   // them to accept the new time; only the sensor's very last stamp is a duplicate at any age.
   const bool late = clock_.any() && difference_ns(clock_.newest_ns(), stamp_ns) > kLateNs;
@@ -41,7 +39,7 @@ IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexc
     for (SensorRhythm& rhythm : rhythm_) rhythm.forget_last();
     settled_.late_before_jump += clock_.late_before_jump();
     ++clock_jumps_;
-    closed_any_ = closed_scans_ = false;
+    closed_ns_.reset(), closed_scans_ns_.reset();
     restart_next_ = true;
     if (profile_) profile_->restart();
     ego_watch_ = {.refused = ego_watch_.refused};
@@ -49,9 +47,7 @@ IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexc
   settle();
   if (verdict == StampVerdict::kHold) return IntakeResult::kHeld;
   if (verdict == StampVerdict::kLate) return IntakeResult::kLate;
-  classified_ = true;
-  classified_source_ = source;
-  classified_stamp_ns_ = stamp_ns;
+  classified_ = {source, stamp_ns};
   return IntakeResult::kNoSlot;
 }
 
@@ -100,7 +96,7 @@ bool FrameAssembler::joins(int32_t sensor, int64_t stamp_ns) const noexcept {
 
 bool FrameAssembler::place_scan(int32_t sensor, Scan& scan) noexcept {
   if (!joins(sensor, scan.stamp_ns)) {
-    const bool was_placed = opens_next_ && opens_sensor_ == sensor && opens_stamp_ns_ == scan.stamp_ns;
+    const bool was_placed = opens_next_ == Source{sensor, scan.stamp_ns};
     if (!was_placed && belongs_before(scan.stamp_ns)) {
       Frame* frame = open(scan.stamp_ns, FrameKind::kScans);
       if (!frame) return false;
@@ -109,12 +105,11 @@ bool FrameAssembler::place_scan(int32_t sensor, Scan& scan) noexcept {
       close(*frame, range);
       return true;
     }
-    opens_next_ = true;  // also when no slot is free and the scan is offered again
-    opens_sensor_ = sensor, opens_stamp_ns_ = scan.stamp_ns;
+    opens_next_ = {sensor, scan.stamp_ns};  // also when no slot is free and the scan is offered again
     close_open();
     open_ = open(scan.stamp_ns, FrameKind::kScans);
     if (!open_) return false;
-    opens_next_ = false;
+    opens_next_.reset();
     open_range_ = scan.ego;
     if (!started_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
     started_ = true;
@@ -127,10 +122,10 @@ bool FrameAssembler::place_scan(int32_t sensor, Scan& scan) noexcept {
 
 bool FrameAssembler::place_external(ExternalScan& scan) noexcept {
   if (open_ && difference_ns(scan.stamp_ns, open_->first_stamp_ns) >= 2 * params_.wait_ns) close_open();
-  if (!started_ && !closed_any_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
+  if (!started_ && !closed_ns_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
   Frame* frame = open(scan.stamp_ns, FrameKind::kExternal);
   if (!frame) return false;
-  forget_classified(ClockWatch::kExternal, scan.stamp_ns);
+  forget_classified({ClockWatch::kExternal, scan.stamp_ns});
   recent_[ClockWatch::kExternal].add(scan.stamp_ns, clock_.newest_ns());
   std::swap(frame->external, scan.table);
   frame->external_reference = scan.reference;
@@ -188,7 +183,7 @@ bool FrameAssembler::advance(int64_t now_ns, int64_t pose_count) noexcept {
     if (difference_ns(now_ns, open_->first_stamp_ns) >= params_.wait_ns) close_open();
     return true;
   }
-  if (!closed_any_ || difference_ns(now_ns, closed_stamp_ns_) < params_.predict_after_ns) return true;
+  if (!closed_ns_ || difference_ns(now_ns, *closed_ns_) < params_.predict_after_ns) return true;
   Frame* frame = open(now_ns, FrameKind::kPrediction);
   if (!frame) return false;
   EgoRange poses = ego_.range();
@@ -207,7 +202,7 @@ Frame* FrameAssembler::open(int64_t stamp_ns, FrameKind kind) noexcept {
 }
 
 void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept {
-  forget_classified(sensor, scan.stamp_ns);
+  forget_classified({sensor, scan.stamp_ns});
   recent_[sensor].add(scan.stamp_ns, clock_.newest_ns());
   SensorPart& part = frame.sensors[sensor];
   std::swap(part.scan, scan.table);
@@ -242,17 +237,13 @@ void FrameAssembler::close(Frame& frame, const EgoRange& range) noexcept {
   }
   // A prediction contains no measurement: scans of that time may still come.
   if (frame.kind != FrameKind::kPrediction) {
-    if (closed_any_ && frame.stamp_ns < closed_stamp_ns_) {
+    if (closed_ns_ && frame.stamp_ns < *closed_ns_)
       frame.flags |= OVT_FLAG_OUT_OF_SEQUENCE;
-    } else {
-      closed_any_ = true;
-      closed_stamp_ns_ = frame.stamp_ns;
-    }
+    else
+      closed_ns_ = frame.stamp_ns;
   }
-  if (frame.kind == FrameKind::kScans) {
-    closed_scans_ns_ = closed_scans_ ? std::max(closed_scans_ns_, frame.stamp_ns) : frame.stamp_ns;
-    closed_scans_ = true;
-  }
+  if (frame.kind == FrameKind::kScans)
+    closed_scans_ns_ = std::max(closed_scans_ns_.value_or(frame.stamp_ns), frame.stamp_ns);
   ego_.copy_window(watch_ego(range, frame), frame.first_stamp_ns, frame.stamp_ns, frame.ego);
   frame.suspect_mask |= clock_.suspect_mask();
   if (frame.suspect_mask) frame.flags |= OVT_FLAG_CLOCK_SUSPECT;
@@ -320,7 +311,7 @@ EgoRange FrameAssembler::watch_ego(const EgoRange& range, Frame& frame) noexcept
 // count: a radar may deliver before the scans of the same time, which still belong together.
 bool FrameAssembler::belongs_before(int64_t stamp_ns) const noexcept {
   if (open_ && stamp_ns <= open_->first_stamp_ns) return true;
-  return closed_scans_ && stamp_ns <= closed_scans_ns_;
+  return closed_scans_ns_ && stamp_ns <= *closed_scans_ns_;
 }
 
 // 0: the sensor is not slow, or its interval or those of all others are not known yet. The fastest sensor counts with
@@ -350,8 +341,8 @@ bool FrameAssembler::is_due(int32_t sensor) const noexcept {
 // Whether the frame has every sensor that is due, except those that are silent. After a gap of all sensors the silence
 // is that before the gap: the other sensors are likely to come back with this one.
 bool FrameAssembler::complete() const noexcept {
-  const bool after_gap = closed_scans_ && difference_ns(open_->first_stamp_ns, closed_scans_ns_) > params_.wait_ns;
-  const int64_t until_ns = after_gap ? closed_scans_ns_ : open_->first_stamp_ns;
+  const bool after_gap = closed_scans_ns_ && difference_ns(open_->first_stamp_ns, *closed_scans_ns_) > params_.wait_ns;
+  const int64_t until_ns = after_gap ? *closed_scans_ns_ : open_->first_stamp_ns;
   for (int32_t s = 0; s < params_.sensor_count; ++s)
     if (!(open_->sensor_mask >> s & 1u) && is_due(s) && difference_ns(until_ns, seen_ns_[s]) <= patience_ns(s))
       return false;

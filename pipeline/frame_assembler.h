@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "pipeline/clock_watch.h"
@@ -143,6 +144,13 @@ class FrameAssembler {
   int64_t near_ns() const noexcept { return clock_.near_ns(); }
 
  private:
+  // A scan, or pushed detections, of a source.
+  struct Source {
+    int32_t number;
+    int64_t stamp_ns;
+    bool operator==(const Source&) const = default;
+  };
+
   // The used stamps of a source, those of the last kLateNs at least, to recognise repeated ones. Older ones are
   // forgotten only when room is needed, so at 20 Hz a look-up compares with 32 stamps at most.
   class Recent {
@@ -192,8 +200,8 @@ class FrameAssembler {
   EgoRange watch_ego(const EgoRange& range, Frame& frame) noexcept;
   Frame* open(int64_t stamp_ns, FrameKind kind) noexcept;
   void put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept;
-  void forget_classified(int32_t source, int64_t stamp_ns) noexcept {
-    classified_ = classified_ && (classified_source_ != source || classified_stamp_ns_ != stamp_ns);
+  void forget_classified(const Source& source) noexcept {
+    if (classified_ == source) classified_.reset();
   }
   void close(Frame& frame, const EgoRange& range) noexcept;
   void close_open() noexcept;
@@ -223,20 +231,13 @@ class FrameAssembler {
   HeldExternal held_external_[kHeldExternals];
   int32_t held_externals_ = 0;
   EgoWatch ego_watch_;
-  bool closed_any_ = false;
-  int64_t closed_stamp_ns_ = 0;  // newest stamp of the closed frames, without predictions
-  bool closed_scans_ = false;
-  int64_t closed_scans_ns_ = 0;  // newest stamp of the closed frames of scans
-  // A scan that closed the open frame, and found no free slot for its own.
-  bool opens_next_ = false;
-  int32_t opens_sensor_ = 0;
-  int64_t opens_stamp_ns_ = 0;
+  std::optional<int64_t> closed_ns_;        // newest stamp of the closed frames, without predictions
+  std::optional<int64_t> closed_scans_ns_;  // newest stamp of the closed frames of scans
+  std::optional<Source> opens_next_;        // the scan that closed the open frame, and found no free slot for its own
   int64_t seen_ns_[kMaxSensors] = {};  // newest scan of each sensor; before its first scan: the first frame's stamp
   SensorRhythm rhythm_[kMaxSensors];
   // Each stamp is classified once, also when no slot was free and the scan is offered again.
-  bool classified_ = false;
-  int32_t classified_source_ = 0;
-  int64_t classified_stamp_ns_ = 0;
+  std::optional<Source> classified_;
 };
 
 }  // namespace overtake
