@@ -12,6 +12,7 @@
 
 #include "core/arena.h"
 #include "core/circuit_map.h"
+#include "core/sensor_model.h"
 #include "core/track_table.h"
 #include "pipeline/track/measurement.h"
 #include "pipeline/track/tracker_params.h"
@@ -23,7 +24,6 @@ struct ObservedSector {
   double x_m, y_m, left_rad, right_rad;  // right < left, left - right <= 2 pi
   double range_min_m, range_max_m;
 };
-inline constexpr int32_t kMaxSectors = 16;
 
 struct TrackerEgo {
   bool known = false;
@@ -40,7 +40,7 @@ struct TrackerFrame {
   bool in_map = true;                       // the frame of reference is the map: there the course tells a car's front
   bool ask_map = true;                      // with in_map: an initiation may use the map
   const ObservedSector* sectors = nullptr;  // seen by the sensors; sector_count < 0: everything was seen
-  int32_t sector_count = -1;                // the tracker reads at most kMaxSectors
+  int32_t sector_count = -1;                // the tracker reads at most kMaxSensors
 };
 
 // Results of the iterations. An iteration that ran again counts once, with its last result. So the counts are those of

@@ -96,7 +96,7 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
   it.ego = make_sane(frame.ego);
   it.in_map = frame.in_map;
   it.ask_map = frame.ask_map;
-  it.sector_count = std::min(frame.sector_count, kMaxSectors);
+  it.sector_count = std::min(frame.sector_count, kMaxSensors);
   std::copy_n(frame.sectors, std::max(it.sector_count, 0), it.sectors);
   select_rows(params, frame, it);
   for (int32_t i = 0; i < it.count; ++i) {

@@ -53,7 +53,7 @@ struct Iteration {
   TrackerEgo ego;
   bool in_map, ask_map;
   int32_t sector_count;  // -1: everything was seen
-  ObservedSector sectors[kMaxSectors];
+  ObservedSector sectors[kMaxSensors];
   int32_t rejected, unread;  // invalid rows; rows beyond capacity
   int32_t count;
   Measurement* measurement;  // sorted by (stamp, x, y, row); valid covariances
