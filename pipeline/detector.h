@@ -26,6 +26,7 @@
 #include "pipeline/memory.h"
 #include "pipeline/road/bank_attitude.h"
 #include "pipeline/scan_builder.h"
+#include "pipeline/sensor_rhythm.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
@@ -122,6 +123,8 @@ class Detector {
   ovt_status refuse_producer(Stream& stream) noexcept;
   bool begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns);
   void close_scan(Stream& stream, int32_t sensor, bool ended, int32_t point_count);
+  bool stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexcept;
+  void give_up_scan(Stream& stream, int32_t sensor);
   void post_scan(int32_t sensor, int64_t stamp_ns);
   template <class IsOver>
   void close_open_scans(IsOver&& is_over);
@@ -178,7 +181,8 @@ class Detector {
     int64_t last_ns = 0;
   };
   Stamp last_external_;
-  int64_t scan_limit_ns_ = 0;
+  int64_t period_ns_ = 0;
+  double scan_limit_ = 0;        // periods; 0: none
   int64_t longest_step_ns_ = 0;  // of a sensor's stamps; a longer one is a gap, or a jump of its clock
   // A sensor's scan in pieces. Its owner is the sensor's producer, in a call; or, while no such call runs, another
   // thread, which closes a scan that was not ended.
@@ -188,9 +192,8 @@ class Detector {
     std::atomic<bool> reported_producers{false};
     // Of the open scan. Other threads read them before they try to become the owner.
     std::atomic<int64_t> stamp_ns{0};
-    std::atomic<int64_t> ran_ns[kMaxSensors] = {};  // Stream::clock_ns of each sensor when the scan began
-    // How far this sensor's stamps advanced since create, without steps that no sensor takes. Written by the owner.
-    std::atomic<int64_t> clock_ns{0};
+    std::atomic<int64_t> limit_ns{0};                  // the time in which it should end; 0: none
+    std::atomic<int64_t> passed_ns[kMaxSensors] = {};  // time that passed since it began, by each sensor's stamps
     // The owner's.
     static constexpr uint32_t kRecent = 8;
     ScanBuilder builder;
@@ -199,9 +202,16 @@ class Detector {
     bool is_open = false;
     bool is_refused = false;  // it has too many points
     int64_t load_start_ns = 0, load_ns = 0;
-    Stamp last, last_noted;           // of scans that ended; of those that count for clock_ns
+    Stamp last, last_noted;           // of scans that were closed; of those that count for passed_ns
+    SensorRhythm rhythm;              // of the scans that were closed
     int64_t recent_ns[kRecent] = {};  // stamps of scans that ended
     uint32_t recent_count = 0;
+    // A scan was closed. A step back by `back_ns` or more is another time of the clock.
+    void note_closed(int64_t stamp, int64_t longest_step_ns, int64_t back_ns) noexcept {
+      if (last.any && difference_ns(last.last_ns, stamp) >= back_ns) rhythm.forget_last();
+      last = {true, stamp};
+      rhythm.note_stamp(stamp, longest_step_ns);
+    }
     bool is_recent(int64_t stamp) const noexcept {
       const uint32_t count = recent_count < kRecent ? recent_count : kRecent;
       for (uint32_t i = 0; i < count; ++i)

@@ -114,8 +114,9 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   push_waits_ = def.push_policy == OVT_PUSH_WAIT;
   deadline_ns_ = def.deadline_ns;
   watchdog_ns_ = def.watchdog_ns;
-  scan_limit_ns_ = int64_t(params.frame_scan_limit * params.frame_period_s * 1e9 + 0.5);
-  longest_step_ns_ = std::max(kMaxGapNs, int64_t(3 * params.frame_period_s * 1e9 + 0.5));
+  scan_limit_ = params.frame_scan_limit;
+  period_ns_ = int64_t(params.frame_period_s * 1e9 + 0.5);
+  longest_step_ns_ = std::max(kMaxGapNs, 3 * period_ns_);
   spin_ns_ = int64_t(def.spin_us) * 1000;
   reader_capacity_ = def.reader_capacity;
   // A default is at least 2: worker_count 1 has different threading rules.

@@ -81,7 +81,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
     return OVT_DUPLICATE;
   }
   if (stream.is_open) close_scan(stream, s, false, -1);
-  stream.last = {true, points.stamp_ns};
+  stream.note_closed(points.stamp_ns, longest_step_ns_, kReorder_ns);
   stream.recent_ns[stream.recent_count++ % Stream::kRecent] = points.stamp_ns;
 
   Mailbox<Scan>& box = mailboxes_[s];
@@ -152,7 +152,10 @@ bool Detector::begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns) {
   if (stream.is_open) {
     const int64_t open_ns = stream.stamp_ns.load(std::memory_order_relaxed);
     if (stamp_ns == open_ns) return true;
-    if (stamp_ns < open_ns && difference_ns(open_ns, stamp_ns) <= kReorder_ns) return false;
+    if (stamp_ns < open_ns && difference_ns(open_ns, stamp_ns) <= kReorder_ns) {
+      if (stream.is_recent(stamp_ns) || !stepped_ahead(stream, stamp_ns)) return false;
+      give_up_scan(stream, sensor);
+    }
   }
   if (stream.is_recent(stamp_ns)) return false;
   if (stream.is_open) close_scan(stream, sensor, false, -1);
@@ -166,9 +169,32 @@ bool Detector::begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns) {
   if (!scan.early && stream.early.is_built()) scan.early = stream.early_pool.take();
   if (scan.early) stream.early.begin(*scan.early);
   stream.stamp_ns.store(stamp_ns, std::memory_order_relaxed);
-  for (int32_t s = 0; s < context_.sensor_count; ++s)
-    stream.ran_ns[s].store(streams_[s].clock_ns.load(std::memory_order_relaxed), std::memory_order_relaxed);
+  SensorRhythm rhythm = stream.rhythm;
+  rhythm.note_stamp(stamp_ns, longest_step_ns_);
+  const int64_t interval_ns = std::max(rhythm.shortest_ns(), period_ns_);
+  stream.limit_ns.store(int64_t(scan_limit_ * double(interval_ns) + 0.5), std::memory_order_relaxed);
+  for (std::atomic<int64_t>& passed_ns : stream.passed_ns) passed_ns.store(0, std::memory_order_relaxed);
   return true;
+}
+
+// Whether the open scan has a wrong stamp: a single piece can carry one, and all pieces up to that time would be late.
+// Its step is over three intervals, and a scan of the first half of the step comes. Where two clocks deliver by turns,
+// the first scan of the later one that ends leaves the earlier one behind.
+bool Detector::stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexcept {
+  if (!stream.last.any || stamp_ns <= stream.last.last_ns) return false;
+  const int64_t ahead_ns = difference_ns(stream.stamp_ns.load(std::memory_order_relaxed), stream.last.last_ns);
+  return ahead_ns > 3 * std::max(stream.rhythm.shortest_ns(), period_ns_) &&
+         difference_ns(stamp_ns, stream.last.last_ns) <= ahead_ns / 2;
+}
+
+// Posts the open scan, whose stamp is wrong: a scan of this stamp may still come.
+void Detector::give_up_scan(Stream& stream, int32_t sensor) {
+  const Stamp last = stream.last;
+  const SensorRhythm rhythm = stream.rhythm;
+  close_scan(stream, sensor, false, -1);
+  stream.last = last;
+  stream.rhythm = rhythm;
+  --stream.recent_count;
 }
 
 // Posts the open scan. `ended`: by its producer.
@@ -181,7 +207,7 @@ void Detector::close_scan(Stream& stream, int32_t sensor, bool ended, int32_t po
     if (scan.early) stream.early.drop(*scan.early);
     return;
   }
-  stream.last = {true, stamp_ns};
+  stream.note_closed(stamp_ns, longest_step_ns_, kReorder_ns);
   counters_.pushed.fetch_add(1, std::memory_order_relaxed);
   scan.pushed_ns = steady_now_ns();
   const ScanBuilder& builder = stream.builder;
@@ -233,7 +259,8 @@ void Detector::close_open_scans(IsOver&& is_over) {
   }
 }
 
-// The stamps of this sensor's scans have come to stamp_ns.
+// The stamps of this sensor's scans have come to stamp_ns. A step counts up to half of an open scan's limit: of a
+// longer one (of a slow sensor, one that comes back, a wrong stamp) most may have passed before that scan began.
 void Detector::note_stamp(int32_t sensor, int64_t stamp_ns) {
   Stream& stream = streams_[sensor];
   const Stamp last = stream.last_noted;
@@ -241,18 +268,20 @@ void Detector::note_stamp(int32_t sensor, int64_t stamp_ns) {
   if (step_ns < 0 && step_ns >= -longest_step_ns_) return;  // a late scan
   stream.last_noted = {true, stamp_ns};
   if (step_ns <= 0 || step_ns > longest_step_ns_) return;  // a gap, or a jump of its clock
-  const int64_t clock_ns = stream.clock_ns.load(std::memory_order_relaxed) + step_ns;
-  stream.clock_ns.store(clock_ns, std::memory_order_relaxed);
-  if (scan_limit_ns_ == 0) return;
+  for (int32_t s = 0; s < context_.sensor_count; ++s) {
+    const int64_t limit_ns = streams_[s].limit_ns.load(std::memory_order_relaxed);
+    streams_[s].passed_ns[sensor].fetch_add(std::min(step_ns, (limit_ns + 1) / 2), std::memory_order_relaxed);
+  }
   close_open_scans([&](const Stream& other) {
-    return clock_ns - other.ran_ns[sensor].load(std::memory_order_relaxed) >= scan_limit_ns_;
+    const int64_t limit_ns = other.limit_ns.load(std::memory_order_relaxed);
+    return limit_ns > 0 && other.passed_ns[sensor].load(std::memory_order_relaxed) >= limit_ns;
   });
 }
 
 void Detector::close_late_scans(int64_t now_ns) {
-  if (scan_limit_ns_ == 0) return;
   close_open_scans([&](const Stream& stream) {
-    return difference_ns(now_ns, stream.stamp_ns.load(std::memory_order_relaxed)) >= scan_limit_ns_;
+    const int64_t limit_ns = stream.limit_ns.load(std::memory_order_relaxed);
+    return limit_ns > 0 && difference_ns(now_ns, stream.stamp_ns.load(std::memory_order_relaxed)) >= limit_ns;
   });
 }
 

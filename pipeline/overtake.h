@@ -193,8 +193,9 @@ typedef struct ovt_params {
                                         never. Read by every preset */
   int32_t segment_parts;             /* segment.parts              with several workers: one that is idle takes
                                         parts of another's segmentation, which is cut into up to so many. 1: none. The
-                                        results are the same; each worker needs 1 MB more for each further part. No
-                                        effect with worker_count 1. Read by every preset */
+                                        results are the same; each worker and the intake need 1.4 MB more for each
+                                        further part (32 x 857 pixels; more for larger images). Parts above
+                                        worker_count and worker_count 1: no effect. Read by every preset */
   double cut_in_line_from;           /* cut.in_line_from           in lengths of the vehicle */
   double cut_in_line_width;          /* cut.in_line_width          in widths of the vehicle */
   double cut_in_line_step_m;         /* cut.in_line_step_m */
@@ -497,7 +498,9 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  *   a piece that is lost                          the scan has fewer points: incomplete
  *   a piece of a scan that is over                not used: OVT_LATE (pieces_late). A scan is over if it is one of the
  *                                                 last eight that ended, or up to 1 s older than the open scan, also
- *                                                 if no piece of it came before
+ *                                                 if no piece of it came before. But a piece in the first half of a
+ *                                                 step of over three intervals gives the open scan up, whose stamp
+ *                                                 must be wrong (scans_unended)
  *   more points than point_capacity               OVT_TOO_MANY: the whole scan is dropped, as by ovt_push_scan, and the
  *                                                 other pieces of this scan are refused too (pieces_dropped)
  *
@@ -506,8 +509,9 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  * point_capacity: the missing points are only counted. OVT_LATE, not counted, if the scan ended already.
  * A scan that is not ended is closed, as incomplete (scans_unended), by the next scan of its sensor, by ovt_flush, when
  * ovt_advance reports a time that is frame.scan_limit periods after its stamp, or when the stamps of another sensor's
- * scans, those that were pushed whole or ended by ovt_end_scan, have advanced by as much since its first piece.
- * Never by a clock of the machine.
+ * scans, those that were pushed whole or ended by ovt_end_scan, have advanced by as much since its first piece; one
+ * step of them counts up to half of it. The periods of a sensor that is slower than frame.period_s are its own
+ * intervals, which its stamps tell from the second scan on. Never by a clock of the machine.
  * An incomplete scan is used: OVT_FLAG_SCAN_INCOMPLETE, incomplete_mask, points_missing. What it does not show is not
  * free: no track counts a miss for it, and no object in it is OVT_CLASS_DEBRIS.
  * With OVT_PUSH_REPLACE, the end of a scan replaces a scan that still waits; an open scan replaces nothing. A scan

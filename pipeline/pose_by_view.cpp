@@ -177,8 +177,9 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
     longest_m = measure_longest(frame, row, box);
   if (longest_m >= kCarShare * width_m)
     return is_beside_ground(context, frame, row) ? ObjectClass::kUnknown : ObjectClass::kCar;
+  // The rest of a car may be missing.
+  if (uint32_t(merged.sensor_mask[row]) & frame.incomplete_mask) return ObjectClass::kUnknown;
   const int32_t s = merged.main_sensor[row];
-  if (frame.incomplete_mask >> s & 1u) return ObjectClass::kUnknown;  // the rest of a car may be missing
   const SensorModel& sensor = context.sensors[s];
   const PixelView view(sensor, frame.sensors[s]);
   const float range_m = max_of(merged.nearest_m[row], 0.1f);

@@ -84,8 +84,8 @@ int32_t ScanBuilder::find_came(int32_t from) const noexcept {
 
 ScanBuilder::Added ScanBuilder::add(const KernelTable& kernels, const PointFields& fields, int32_t first, int32_t count,
                                     ScanTable& scan) noexcept {
-  if (int64_t(first) + count > capacity_) return Added::kTooMany;
   if (count == 0) return Added::kUsed;
+  if (int64_t(first) + count > capacity_) return Added::kTooMany;
   const int32_t last = first + count;
   if (any_came(first, last)) return Added::kDuplicate;
   ScanTable rows = rows_from(scan, first);

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <iterator>
 
 namespace overtake {
 
@@ -26,8 +25,10 @@ class SensorRhythm {
   void forget_last() noexcept { knows_last_ = false; }
   bool knows_last() const noexcept { return knows_last_; }
   // 0: not known yet.
-  int64_t interval_ns() const noexcept {
-    return count_ < kSteps ? 0 : *std::min_element(std::begin(step_ns_), std::end(step_ns_));
+  int64_t interval_ns() const noexcept { return count_ < kSteps ? 0 : shortest_ns(); }
+  // The same of fewer steps, from the first one on. Lost scans may lengthen it.
+  int64_t shortest_ns() const noexcept {
+    return count_ == 0 ? 0 : *std::min_element(step_ns_, step_ns_ + std::min(count_, kSteps));
   }
 
  private:

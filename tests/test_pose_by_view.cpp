@@ -398,6 +398,19 @@ TEST_CASE("pose by view: nothing in an incomplete scan is debris") {
   }
 }
 
+TEST_CASE("pose by view: what two sensors see is no debris if the scan of either is incomplete") {
+  for (const uint32_t mask : {0u, 1u, 2u, 4u}) {
+    RulesBench bench;
+    bench.look({{15, 0.5, 20, 0.6, 0.6, 0.0, 0.6, 1}});
+    bench.add({{14.8f, 0.5f, 0.3f}, {14.8f, 0.6f, 0.3f}, {14.8f, 0.5f, 0.4f}}, 1);
+    bench.frame.incomplete_mask = mask;
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    CHECK(bench.frame.merged.sensor_mask[0] == 3);
+    CHECK(bench.frame.views.object_class[0] == (mask & 3u ? OVT_CLASS_UNKNOWN : OVT_CLASS_DEBRIS));
+  }
+}
+
 TEST_CASE("pose by view: a distant car with three points in a row is never debris") {
   for (const double x_m : {60.0, 80.0, 95.0, 110.0})
     for (const double width_m : {0.5, 0.8, 1.886}) {

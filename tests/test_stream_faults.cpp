@@ -1,8 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Lost, doubled and late pieces, and scans that do not end, are counted and flagged, and what they do not show is not
-// free.
+// Lost, doubled and late pieces are counted and flagged, and what an incomplete scan does not show is not free.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -121,134 +120,6 @@ TEST_CASE("stream: a piece of a scan that ended is late and changes nothing") {
   CHECK(streamed.stats().pushed == 3);
 }
 
-TEST_CASE("stream: a scan that starts before the last one ended closes it as incomplete") {
-  for (const bool by_piece : {true, false}) {
-    OneSensor bench;
-    bench.create();
-    const ovt_points first = bench.points(0, 0), second = bench.points(1, 0);
-    REQUIRE(bench.push_piece(first, {0, 2000}) == OVT_OK);
-    CHECK(bench.stats().pushed == 0);
-    if (by_piece) {
-      REQUIRE(bench.push_piece(second, {0, second.count}) == OVT_OK);
-      CHECK(bench.stats().pushed == 1);
-      REQUIRE(bench.end(second) == OVT_OK);
-    } else {
-      REQUIRE(ovt_push_scan(bench.detector, &second) == OVT_OK);
-    }
-    CHECK(bench.push_piece(first, {2000, 2100}) == OVT_LATE);
-    bench.flush();
-    REQUIRE(bench.records.size() == 2);
-    CHECK(bench.records[0].info.incomplete_mask == 1);
-    CHECK(bench.records[0].info.point_count == 2000);
-    CHECK(bench.records[1].info.incomplete_mask == 0);
-    CHECK(bench.records[1].info.point_count == second.count);
-    CHECK(bench.stats().scans_unended == 1);
-    CHECK(adds_up(bench.stats()));
-  }
-}
-
-TEST_CASE("stream: the stamps of a slow sensor close a scan that does not end, too") {
-  Thin bench({});
-  bench.params.frame_period_s = 2;
-  bench.create();
-  ovt_points dead = bench.points(0, 1), other = bench.points(0, 0);
-  dead.stamp_ns = 1000 * kMs;
-  REQUIRE(bench.push_piece(dead, {0, 2500}) == OVT_OK);
-  for (int64_t k = 0; k < 5; ++k) {
-    other.stamp_ns = 1000 * kMs + k * 2000 * kMs;
-    REQUIRE(ovt_push_scan(bench.detector, &other) == OVT_OK);
-    CHECK(bench.stats().scans_unended == (k >= 3));  // frame.scan_limit: 3 periods
-  }
-}
-
-TEST_CASE("stream: a clock that went back over a second opens a new scan") {
-  OneSensor bench;
-  bench.create();
-  ovt_points points = bench.points(0, 0);
-  points.stamp_ns = 10'000 * kMs;
-  REQUIRE(bench.push_piece(points, {0, 100}) == OVT_OK);
-  points.stamp_ns = 9'000 * kMs;
-  CHECK(bench.push_piece(points, {0, 100}) == OVT_LATE);
-  points.stamp_ns -= 1;
-  CHECK(bench.push_piece(points, {0, 100}) == OVT_OK);
-  CHECK(bench.stats().scans_unended == 1);
-}
-
-TEST_CASE("stream: ovt_advance closes a scan that does not end, by its stamp") {
-  for (const int32_t workers : {1, 2}) {
-    for (const double limit_s : {0.15, 0.05, 0.0}) {
-      OneSensor bench(workers);
-      bench.params.frame_scan_limit = limit_s / bench.params.frame_period_s;
-      bench.create();
-      const ovt_points points = bench.points(0, 0);
-      REQUIRE(bench.push_piece(points, {0, 3000}) == OVT_OK);
-      const int64_t limit_ns = int64_t(limit_s * 1e9);
-      REQUIRE(ovt_advance(bench.detector, points.stamp_ns + limit_ns - 1) == OVT_OK);
-      CHECK(bench.stats().scans_unended == 0);
-      REQUIRE(ovt_advance(bench.detector, points.stamp_ns + (limit_ns > 0 ? limit_ns : 5000 * kMs)) == OVT_OK);
-      CHECK(bench.stats().scans_unended == (limit_ns > 0));
-      CHECK(bench.push_piece(points, {3000, 3100}) == (limit_ns > 0 ? OVT_LATE : OVT_OK));
-      bench.flush();
-      REQUIRE(!bench.records.empty());
-      CHECK(bench.records[0].info.incomplete_mask == 1);  // ovt_flush closes a scan without a limit
-      CHECK(bench.records[0].info.point_count == (limit_ns > 0 ? 3000 : 3100));
-      CHECK(bench.stats().scans_unended == 1);
-      CHECK(adds_up(bench.stats()));
-    }
-  }
-}
-
-TEST_CASE("stream: the stamps of other sensors close a scan that does not end, the same with any workers") {
-  std::vector<FrameRecord> expected;
-  for (const int32_t workers : {1, 2, 4}) {
-    Thin bench({.workers = workers});
-    bench.create();
-    const ovt_points dead = bench.points(0, 1);
-    for (int32_t s : {0, 2}) {
-      const ovt_points points = bench.points(0, s);
-      REQUIRE(ovt_push_scan(bench.detector, &points) == OVT_OK);
-    }
-    REQUIRE(bench.push_piece(dead, {0, 2500}) == OVT_OK);
-    for (std::size_t k = 1; k < kFrames; ++k) {
-      bench.push_ego(k);
-      for (int32_t s : {0, 2}) {
-        const ovt_points points = bench.points(k, s);
-        REQUIRE(ovt_push_scan(bench.detector, &points) == OVT_OK);
-        // Scans come every 50 ms: 150 ms have passed with the third of them.
-        CHECK(bench.stats().scans_unended == (k >= 3));
-      }
-    }
-    CHECK(bench.push_piece(dead, {2500, 2600}) == OVT_LATE);
-    bench.flush();
-    if (workers == 1) expected = bench.records;
-    CHECK(bench.records == expected);
-    int32_t incomplete = 0;
-    for (const FrameRecord& record : bench.records)
-      if (record.info.incomplete_mask == 2) {
-        ++incomplete;
-        CHECK(record.info.point_count == 2500);
-        CHECK(record.info.stamp_ns == dead.stamp_ns);
-      }
-    CHECK(incomplete == 1);
-    CHECK(adds_up(bench.stats()));
-  }
-}
-
-TEST_CASE("stream: another sensor's wrong clock does not close a scan") {
-  Thin bench({.workers = 1});
-  bench.create();
-  const ovt_points open = bench.points(0, 0);
-  ovt_points other = bench.points(0, 1);
-  REQUIRE(bench.push_piece(open, {0, 1000}) == OVT_OK);
-  // Wrong stamps; then late scans, which are no progress of time.
-  for (const int64_t stamp_ms : {100'000, 500'000, 20, 400'000, 10, 70, 15, 75, 20, 80, 25, 85, 30, 90}) {
-    other.stamp_ns = stamp_ms * kMs;
-    REQUIRE(ovt_push_scan(bench.detector, &other) == OVT_OK);
-  }
-  CHECK(bench.stats().scans_unended == 0);
-  CHECK(bench.push_piece(open, {1000, open.count}) == OVT_OK);
-}
-
 TEST_CASE("stream: a scan beyond the capacity is dropped as a whole, as one push of it") {
   OneSensor bench;
   bench.sensors[0].point_capacity = 1000;
@@ -270,6 +141,20 @@ TEST_CASE("stream: a scan beyond the capacity is dropped as a whole, as one push
   CHECK(stats.pushed == 2);
   CHECK(stats.scans_incomplete == 0);
   CHECK(stats.pieces == sum_of_pieces(stats));
+}
+
+TEST_CASE("stream: a piece without points is never beyond the capacity") {
+  OneSensor bench;
+  bench.sensors[0].point_capacity = 1000;
+  bench.create();
+  const ovt_points points = bench.points(0, 0);
+  REQUIRE(bench.push_piece(points, {0, 1000}) == OVT_OK);
+  CHECK(bench.push_piece(points, {1001, 1001}) == OVT_OK);
+  CHECK(bench.end(points, 1000) == OVT_OK);
+  bench.flush();
+  REQUIRE(bench.records.size() == 1);
+  CHECK(bench.records[0].info.point_count == 1000);
+  CHECK(bench.stats().scans_incomplete == 0);
 }
 
 TEST_CASE("stream: an end without pieces is an empty scan, and incomplete if points were sent") {
