@@ -125,6 +125,7 @@ class Detector {
   void close_scan(Stream& stream, int32_t sensor, bool ended, int32_t point_count);
   bool stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexcept;
   void give_up_scan(Stream& stream, int32_t sensor);
+  void note_closed(Stream& stream, int64_t stamp_ns) noexcept;
   void post_scan(int32_t sensor, int64_t stamp_ns);
   template <class IsOver>
   void close_open_scans(IsOver&& is_over);
@@ -206,12 +207,6 @@ class Detector {
     SensorRhythm rhythm;              // of the scans that were closed
     int64_t recent_ns[kRecent] = {};  // stamps of scans that ended
     uint32_t recent_count = 0;
-    // A scan was closed. A step back by `back_ns` or more is another time of the clock.
-    void note_closed(int64_t stamp, int64_t longest_step_ns, int64_t back_ns) noexcept {
-      if (last.any && difference_ns(last.last_ns, stamp) >= back_ns) rhythm.forget_last();
-      last = {true, stamp};
-      rhythm.note_stamp(stamp, longest_step_ns);
-    }
     bool is_recent(int64_t stamp) const noexcept {
       const uint32_t count = recent_count < kRecent ? recent_count : kRecent;
       for (uint32_t i = 0; i < count; ++i)

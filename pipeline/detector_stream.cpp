@@ -81,7 +81,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
     return OVT_DUPLICATE;
   }
   if (stream.is_open) close_scan(stream, s, false, -1);
-  stream.note_closed(points.stamp_ns, longest_step_ns_, kReorder_ns);
+  note_closed(stream, points.stamp_ns);
   stream.recent_ns[stream.recent_count++ % Stream::kRecent] = points.stamp_ns;
 
   Mailbox<Scan>& box = mailboxes_[s];
@@ -149,16 +149,17 @@ ovt_status Detector::end_scan(int32_t sensor, int64_t stamp_ns, int32_t point_co
 
 // Opens the scan of this stamp, unless it is open already. False if that scan is over.
 bool Detector::begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns) {
-  if (stream.is_open) {
-    const int64_t open_ns = stream.stamp_ns.load(std::memory_order_relaxed);
-    if (stamp_ns == open_ns) return true;
-    if (stamp_ns < open_ns && difference_ns(open_ns, stamp_ns) <= kReorder_ns) {
-      if (stream.is_recent(stamp_ns) || !stepped_ahead(stream, stamp_ns)) return false;
-      give_up_scan(stream, sensor);
-    }
-  }
+  const int64_t open_ns = stream.stamp_ns.load(std::memory_order_relaxed);
+  if (stream.is_open && stamp_ns == open_ns) return true;
   if (stream.is_recent(stamp_ns)) return false;
-  if (stream.is_open) close_scan(stream, sensor, false, -1);
+  if (stream.is_open) {
+    const bool is_late = stamp_ns < open_ns && difference_ns(open_ns, stamp_ns) <= kReorder_ns;
+    if (is_late && !stepped_ahead(stream, stamp_ns)) return false;
+    if (is_late)
+      give_up_scan(stream, sensor);
+    else
+      close_scan(stream, sensor, false, -1);
+  }
   stream.is_open = true;
   stream.is_refused = false;
   stream.builder.begin();
@@ -178,8 +179,8 @@ bool Detector::begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns) {
 }
 
 // Whether the open scan has a wrong stamp: a single piece can carry one, and all pieces up to that time would be late.
-// Its step is over three intervals, and a scan of the first half of the step comes. Where two clocks deliver by turns,
-// the first scan of the later one that ends leaves the earlier one behind.
+// It is over three intervals newer than the last scan, and a scan comes that is nearer to the last one. Where two
+// clocks deliver by turns, the first scan of the later clock that ends is the last one: the earlier clock's are late.
 bool Detector::stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexcept {
   if (!stream.last.any || stamp_ns <= stream.last.last_ns) return false;
   const int64_t ahead_ns = difference_ns(stream.stamp_ns.load(std::memory_order_relaxed), stream.last.last_ns);
@@ -187,7 +188,7 @@ bool Detector::stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexc
          difference_ns(stamp_ns, stream.last.last_ns) <= ahead_ns / 2;
 }
 
-// Posts the open scan, whose stamp is wrong: a scan of this stamp may still come.
+// Posts the open scan, whose stamp is wrong, as if it had not come: the scan that has this stamp may still come.
 void Detector::give_up_scan(Stream& stream, int32_t sensor) {
   const Stamp last = stream.last;
   const SensorRhythm rhythm = stream.rhythm;
@@ -195,6 +196,13 @@ void Detector::give_up_scan(Stream& stream, int32_t sensor) {
   stream.last = last;
   stream.rhythm = rhythm;
   --stream.recent_count;
+}
+
+// A step back by kReorder_ns is another time of the sensor's clock.
+void Detector::note_closed(Stream& stream, int64_t stamp_ns) noexcept {
+  if (stream.last.any && difference_ns(stream.last.last_ns, stamp_ns) >= kReorder_ns) stream.rhythm.forget_last();
+  stream.last = {true, stamp_ns};
+  stream.rhythm.note_stamp(stamp_ns, longest_step_ns_);
 }
 
 // Posts the open scan. `ended`: by its producer.
@@ -207,7 +215,7 @@ void Detector::close_scan(Stream& stream, int32_t sensor, bool ended, int32_t po
     if (scan.early) stream.early.drop(*scan.early);
     return;
   }
-  stream.note_closed(stamp_ns, longest_step_ns_, kReorder_ns);
+  note_closed(stream, stamp_ns);
   counters_.pushed.fetch_add(1, std::memory_order_relaxed);
   scan.pushed_ns = steady_now_ns();
   const ScanBuilder& builder = stream.builder;

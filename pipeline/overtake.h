@@ -498,9 +498,10 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  *   a piece that is lost                          the scan has fewer points: incomplete
  *   a piece of a scan that is over                not used: OVT_LATE (pieces_late). A scan is over if it is one of the
  *                                                 last eight that ended, or up to 1 s older than the open scan, also
- *                                                 if no piece of it came before. But a piece in the first half of a
- *                                                 step of over three intervals gives the open scan up, whose stamp
- *                                                 must be wrong (scans_unended)
+ *                                                 if no piece of it came before. Except where the open scan is over
+ *                                                 three intervals newer than the last one, and the piece's stamp is
+ *                                                 nearer to the last one: then the open scan's stamp is wrong. It is
+ *                                                 closed (scans_unended), and the piece begins its scan
  *   more points than point_capacity               OVT_TOO_MANY: the whole scan is dropped, as by ovt_push_scan, and the
  *                                                 other pieces of this scan are refused too (pieces_dropped)
  *
@@ -509,9 +510,10 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  * point_capacity: the missing points are only counted. OVT_LATE, not counted, if the scan ended already.
  * A scan that is not ended is closed, as incomplete (scans_unended), by the next scan of its sensor, by ovt_flush, when
  * ovt_advance reports a time that is frame.scan_limit periods after its stamp, or when the stamps of another sensor's
- * scans, those that were pushed whole or ended by ovt_end_scan, have advanced by as much since its first piece; one
- * step of them counts up to half of it. The periods of a sensor that is slower than frame.period_s are its own
- * intervals, which its stamps tell from the second scan on. Never by a clock of the machine.
+ * scans, those that were pushed whole or ended by ovt_end_scan, have advanced by as much since its first piece. From
+ * one stamp to the next, at most half of that time counts: most of a longer step may lie before the first piece. For a
+ * sensor slower than frame.period_s the periods are its own intervals, known from its second scan on. Never by a clock
+ * of the machine.
  * An incomplete scan is used: OVT_FLAG_SCAN_INCOMPLETE, incomplete_mask, points_missing. What it does not show is not
  * free: no track counts a miss for it, and no object in it is OVT_CLASS_DEBRIS.
  * With OVT_PUSH_REPLACE, the end of a scan replaces a scan that still waits; an open scan replaces nothing. A scan
