@@ -96,6 +96,17 @@ TEST_CASE("fit_road: what stands on the road does not lift it") {
     CHECK(std::fabs(beside.height_at(x, 0.0f) - alone.height_at(x, 0.0f)) < 0.02f);
 }
 
+// From 28 to 60 m the road returns nothing. The far part is 0.6 m over the tangent of the near one, so over that it is
+// no ground.
+TEST_CASE("fit_road: each pass walks over the shape so far: where it bends, ground beyond a gap still counts") {
+  const auto bent = [](double x, double) { return 5e-4 * x * x; };
+  Scan scan = scan_of(kAhead, bent);
+  for (int32_t r = 0; r < kAhead.rows; ++r)
+    for (int32_t c = 0; c < kAhead.cols; ++c)
+      if (scan.range.at(r, c) > 28.0f && scan.range.at(r, c) < 60.0f) scan.range.at(r, c) = kNoReturn;
+  CHECK(std::fabs(double(fit(kAhead, scan).height_at(80.0f, 0.0f)) - bent(80.0, 0.0)) < 0.05);
+}
+
 // A road that is expected to rise by 1 % and to fall by 2 % to the left of the lane, up to 5 m.
 RoadShape expect(Source source) {
   RoadShape shape;
