@@ -73,8 +73,10 @@ int32_t choose_labels(int32_t label_count, int32_t capacity, const int32_t* poin
   for (int32_t label = 1; label <= label_count; ++label)
     if (point_count[label] > 0) order[found++] = label;
   if (found <= capacity) return found;
-  // No two labels compare equal, so every sort algorithm gives the same order.
-  std::sort(order, order + found, [&](int32_t a, int32_t b) {
+  // No two labels compare equal, so every algorithm chooses the same.
+  std::nth_element(order, order + capacity, order + found, [&](int32_t a, int32_t b) {
+    const bool few_a = point_count[a] < kLeastPoints, few_b = point_count[b] < kLeastPoints;
+    if (few_a != few_b) return few_b;
     return nearest_bits[a] != nearest_bits[b] ? nearest_bits[a] < nearest_bits[b] : a < b;
   });
   std::sort(order, order + capacity);

@@ -38,8 +38,9 @@ int32_t find_seams(const SensorModel* sensors, int32_t sensor_count, int32_t lef
 // frame) than distance_m to any point of the first K columns of the right one. Transitive (union-find) over all
 // sensors. Only winners of a pixel that carry a cluster's label count as points here.
 //   reads    sides [sensor_count]       writes  members, merged
-//   order    members: sensor by sensor, label order; merged: by first member. Beyond merged.capacity the nearest rows
-//            are kept (ties: earlier row); members of dropped clusters have merged = -1
+//   order    members: sensor by sensor, label order; merged: by first member. Beyond merged.capacity the rows of which
+//            a member has kLeastPoints or more are kept first, of both sorts the nearest (ties: earlier row); members of
+//            dropped clusters have merged = -1
 //   returns  merged clusters that did not fit
 //   center   sums of the members in member order, divided by the count; stamp = mean of the points' stamps (integer,
 //            rounded toward minus infinity)

@@ -157,10 +157,12 @@ void join_over_seam(NearBitsFn* near_bits, const MergeSeamsParams& params, const
   }
 }
 
-// Writes the nearest `capacity` of the roots, in member order, into scratch.order.
+// Writes the first `capacity` of the roots, in member order, into scratch.order: those of a set with a member of
+// kLeastPoints or more before the others, of both sorts the nearest.
 void choose_roots(const SeamSide* sides, MemberTable& members, int32_t capacity, SeamScratch& scratch) {
-  // Until the rows are known, members.merged holds the bits of the set's smallest range. Ranges are not negative, so
-  // their bits sort like the ranges.
+  // Until the rows are known, members.merged holds the bits of the set's smallest range, which is not negative, so they
+  // sort like the ranges; and the sign bit where a member has enough points.
+  constexpr uint32_t kEnough = uint32_t(1) << 31;
   for (int32_t m = 0; m < members.count; ++m) {
     const float nearest = sides[members.sensor[m]].clusters->nearest_m[members.cluster[m]];
     const int32_t bits = std::bit_cast<int32_t>(nearest);
@@ -168,10 +170,16 @@ void choose_roots(const SeamSide* sides, MemberTable& members, int32_t capacity,
     members.merged[m] = bits;
     members.merged[root] = std::min(members.merged[root], bits);  // the root comes first
   }
+  for (int32_t m = 0; m < members.count; ++m) {
+    int32_t& of_root = members.merged[find_root(scratch.parent, m)];
+    if (sides[members.sensor[m]].clusters->point_count[members.cluster[m]] >= kLeastPoints)
+      of_root = int32_t(uint32_t(of_root) | kEnough);
+  }
   // A heap with the worst root on top needs room for `capacity` entries only. No two roots compare equal, so the result
   // does not depend on the heap's order.
   const auto nearer = [&](int32_t a, int32_t b) {
-    return members.merged[a] != members.merged[b] ? members.merged[a] < members.merged[b] : a < b;
+    const uint32_t key_a = uint32_t(members.merged[a]) ^ kEnough, key_b = uint32_t(members.merged[b]) ^ kEnough;
+    return key_a != key_b ? key_a < key_b : a < b;
   };
   int32_t* const order = scratch.order;
   int32_t rows = 0;

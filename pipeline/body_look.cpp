@@ -12,6 +12,8 @@ namespace overtake {
 namespace {
 
 constexpr float kRough = 2.0f;  // times the limit: brighter points are lit, whatever is beside them
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr OrientedBox kNoBox = {kInfinity, -kInfinity, kInfinity, -kInfinity};
 
 // Calls f(x, y) for each lit point of a cluster.
 template <class F>
@@ -61,15 +63,16 @@ bool is_lit(const StageContext& context, const Frame& frame, int32_t row) noexce
   return 2 * lit >= frame.merged.point_count[row];
 }
 
+namespace {
+
 OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
-                       const OrientedBox& box) noexcept {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+                       const OrientedBox& box) {
   bool any_smoke = false;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t) {
     any_smoke = any_smoke || frame.smoke_limit[&part - frame.sensors] > 0.0f;
   });
   if (!any_smoke) return box;
-  OrientedBox lit = {kInfinity, -kInfinity, kInfinity, -kInfinity};
+  OrientedBox lit = kNoBox;
   int32_t count = 0;
   for_each_lit(context, frame, row, [&](float x, float y) {
     const float along = x * cos + y * sin, across = y * cos - x * sin;
@@ -77,6 +80,59 @@ OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t 
     ++count;
   });
   return 2 * count >= frame.merged.point_count[row] ? lit : box;
+}
+
+// The points of a cluster in bins along one axis, from a box's low end on.
+struct AxisBins {
+  static constexpr int32_t kBins = 80;
+  static constexpr float kBin_m = 0.2f;
+  int32_t points[kBins] = {}, total = 0;
+  float low_m;
+
+  int32_t bin_of(float at_m) const { return std::clamp(int32_t((at_m - low_m) * (1.0f / kBin_m)), 0, kBins - 1); }
+};
+
+// The box of the points between the empty bins around the fullest one, if few points lie beyond.
+OrientedBox trim_axis(const Frame& frame, int32_t row, float cos, float sin, bool is_across, const OrientedBox& box) {
+  constexpr int32_t kOneIn = 20;  // points may be strays
+  const auto for_each_point = [&](auto&& f) {
+    for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+      const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+      for (int32_t k = begin; k < end; ++k) {
+        const float x = part.cluster_points.x_m[k], y = part.cluster_points.y_m[k];
+        const float along = x * cos + y * sin, across = y * cos - x * sin;
+        if (along >= box.low_1 && along <= box.high_1 && across >= box.low_2 && across <= box.high_2) f(along, across);
+      }
+    });
+  };
+  AxisBins bins;
+  bins.low_m = is_across ? box.low_2 : box.low_1;
+  const auto bin_of = [&](float along, float across) { return bins.bin_of(is_across ? across : along); };
+  for_each_point([&](float along, float across) { ++bins.points[bin_of(along, across)], ++bins.total; });
+  int32_t first = int32_t(std::max_element(bins.points, bins.points + AxisBins::kBins) - bins.points), last = first;
+  int32_t inside = bins.points[first];
+  while (first > 0 && bins.points[first - 1] > 0) inside += bins.points[--first];
+  while (last + 1 < AxisBins::kBins && bins.points[last + 1] > 0) inside += bins.points[++last];
+  if (inside == bins.total || kOneIn * (bins.total - inside) > bins.total) return box;
+  OrientedBox body = kNoBox;
+  for_each_point([&](float along, float across) {
+    const int32_t bin = bin_of(along, across);
+    if (bin < first || bin > last) return;
+    body = {min_of(body.low_1, along), max_of(body.high_1, along), min_of(body.low_2, across),
+            max_of(body.high_2, across)};
+  });
+  return body;
+}
+
+}  // namespace
+
+OrientedBox trim_box(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
+                     const OrientedBox& box) noexcept {
+  const CarLimits& limits = context.detect.gate_cars.limits;
+  OrientedBox body = trim_smoke(context, frame, row, cos, sin, box);
+  if (body.length() > limits.length_m) body = trim_axis(frame, row, cos, sin, false, body);
+  if (body.width() > limits.width_m) body = trim_axis(frame, row, cos, sin, true, body);
+  return body;
 }
 
 PixelBox main_pixels(const Frame& frame, int32_t row, const PixelView& view) noexcept {

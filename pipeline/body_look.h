@@ -18,10 +18,12 @@ void find_smoke_limits(const StageContext& context, Frame& frame) noexcept;
 // Whether at least half of a cluster's points are lit.
 bool is_lit(const StageContext& context, const Frame& frame, int32_t row) noexcept;
 
-// The box of a cluster's lit points, if they are at least half of it; else `box`, which is that of all its points. What
-// smoke adds to a car lies at its ends.
-OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
-                       const OrientedBox& box) noexcept;
+// The box of a cluster's body along a heading; `box` is that of all its points.
+//   smoke   what smoke adds to a car lies at its ends: only lit points count, if they are at least half of it
+//   strays  a return of rain or spray before a car may be one cluster with it. Along an axis on which a car is not as
+//           long, at most one point in 20 that an empty piece of 0.2 m parts from the others does not count
+OrientedBox trim_box(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
+                     const OrientedBox& box) noexcept;
 
 // The median intensity of each sensor's ground, found when it is first asked for. 0: no intensities.
 class GroundIntensities {

@@ -15,7 +15,7 @@ namespace {
 // A car that spins stands at any angle to the circuit.
 bool fits_across(const StageContext& context, const Frame& frame, int32_t row) {
   return fits_at_any_heading(context.detect.gate_cars.limits, [&](float c, float s) {
-    return trim_smoke(context, frame, row, c, s, measure_box(frame, row, c, s));
+    return trim_box(context, frame, row, c, s, measure_box(frame, row, c, s));
   });
 }
 

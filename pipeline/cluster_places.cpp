@@ -155,7 +155,7 @@ void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int3
   if (reference.fresh && is_between && !place.inside && !(frame.ego_off_map_m > 0.0))
     places.width_left_m[row] = places.width_right_m[row] = 0.0f - kNoBound_m;  // beyond the end of an open circuit
   const OrientedBox all = measure_box(frame, row, places.cos[row], places.sin[row]);
-  const OrientedBox box = trim_smoke(context, frame, row, places.cos[row], places.sin[row], all);
+  const OrientedBox box = trim_box(context, frame, row, places.cos[row], places.sin[row], all);
   places.low_1_m[row] = box.low_1, places.high_1_m[row] = box.high_1;
   places.low_2_m[row] = box.low_2, places.high_2_m[row] = box.high_2;
   places.known[row] = 1;
@@ -163,7 +163,8 @@ void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int3
 
 void locate_clusters(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
-  constexpr float kWithSmoke = 2.0f;  // a car and the smoke that is joined with it are at most so many cars long
+  constexpr float kWithMore =
+      2.0f;  // a car and the smoke and strays that are joined with it: at most so many cars long
   const float most_m = context.detect.gate_cars.limits.length_m;
   find_smoke_limits(context, frame);
   frame.places.count = merged.count;
@@ -171,10 +172,11 @@ void locate_clusters(const StageContext& context, Frame& frame) noexcept {
   for (int32_t row = 0; row < merged.count; ++row) {
     const float x_m = merged.max_x_m[row] - merged.min_x_m[row], y_m = merged.max_y_m[row] - merged.min_y_m[row];
     frame.places.known[row] = 0;
-    if (max_of(x_m, y_m) > kWithSmoke * most_m) continue;
+    if (max_of(x_m, y_m) > kWithMore * most_m) continue;
     if (merged.max_z_m[row] - merged.min_z_m[row] > most_m) continue;
     if (max_of(x_m, y_m) > most_m) {
-      const OrientedBox box = trim_smoke(context, frame, row, 1.0f, 0.0f, {0.0f, x_m, 0.0f, y_m});
+      const OrientedBox all = {merged.min_x_m[row], merged.max_x_m[row], merged.min_y_m[row], merged.max_y_m[row]};
+      const OrientedBox box = trim_box(context, frame, row, 1.0f, 0.0f, all);
       if (max_of(box.length(), box.width()) > most_m) continue;
     }
     locate_cluster(context, frame, row, hint);

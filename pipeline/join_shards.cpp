@@ -10,7 +10,6 @@
 // same.
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <tuple>
 
 #include "core/math.h"
@@ -25,11 +24,11 @@ constexpr int32_t kFree = -1;
 constexpr float kApronReach_m = 40.0f;  // farther away few cars on the apron fall into several clusters
 constexpr float kSame_m = 0.3f;         // two sensors do not see the same parts of an end
 constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
+constexpr int32_t kCells = 32;  // to a side; places that many cells apart share a list
 
 struct Group {
   OrientedBox box;  // along psi_REF of the seed
   float low_z, high_z;
-  float min_x, max_x;  // vehicle frame
   int32_t rows;
 };
 
@@ -53,6 +52,10 @@ OrientedBox unite(const OrientedBox& a, const OrientedBox& b) {
   return {min_of(a.low_1, b.low_1), max_of(a.high_1, b.high_1), min_of(a.low_2, b.low_2), max_of(a.high_2, b.high_2)};
 }
 
+bool is_inside(const OrientedBox& all, const OrientedBox& box) {
+  return box.low_1 >= all.low_1 && box.high_1 <= all.high_1 && box.low_2 >= all.low_2 && box.high_2 <= all.high_2;
+}
+
 class Joiner {
  public:
   Joiner(const StageContext& context, Frame& frame)
@@ -70,7 +73,8 @@ class Joiner {
   }
 
  private:
-  // Lists the rows that may be joined, so without walls: in `order` by falling number of points, in `next` by min_x.
+  // Lists the rows that may be joined, so without walls: in `order` by falling number of points, in `next` by place, and
+  // by cells.
   void list_shards() {
     const float given_m = params_.bound_m;  // below 0: neither the circuit nor its apron
     const float bound_m = given_m < 0.0f ? given_m : max_of(given_m, float(find_outside(context_, frame_)));
@@ -96,26 +100,26 @@ class Joiner {
       return points_a != points_b ? points_a > points_b : is_before(a, b);
     });
     std::sort(places_.next, places_.next + count_, [this](int32_t a, int32_t b) { return is_before(a, b); });
-    longest_m_ = 0.0f;
+    cells_per_m_ = 1.0f / (longest_side_m + kSqrt2 * (kSame_m + kRounding_m));
+    std::fill_n(&first_[0][0], kCells * kCells, -1);
     for (int32_t k = 0; k < count_; ++k) {
       const int32_t row = places_.next[k];
-      longest_m_ = max_of(longest_m_, merged_.max_x_m[row] - merged_.min_x_m[row]);
-      const Circle circle = surround(box_of(places_, row), row);
-      places_.next_x_m[k] = circle.x_m;
-      places_.next_y_m[k] = circle.y_m;
-      places_.next_reach_m[k] = kSqrt2 * (circle.radius_m + params_.gap_m) + kRounding_m;
+      const OrientedBox box = box_of(places_, row);
+      const float along = 0.5f * (box.low_1 + box.high_1), across = 0.5f * (box.low_2 + box.high_2);
+      const float c = places_.cos[row], s = places_.sin[row];
+      places_.next_x_m[k] = along * c - across * s;
+      places_.next_y_m[k] = along * s + across * c;
+      places_.next_size_m[k] = std::sqrt(box.length() * box.length() + box.width() * box.width());
+      int32_t& first = first_[cell_of(places_.next_y_m[k])][cell_of(places_.next_x_m[k])];
+      places_.next_in_cell[k] = first;
+      first = k;
     }
   }
 
-  // The circle around a box on the axes of a row's psi_REF, in the vehicle frame.
-  struct Circle {
-    float x_m, y_m, radius_m;
-  };
-  Circle surround(const OrientedBox& box, int32_t row) const {
-    const float along = 0.5f * (box.low_1 + box.high_1), across = 0.5f * (box.low_2 + box.high_2);
-    const float c = places_.cos[row], s = places_.sin[row];
-    return {along * c - across * s, along * s + across * c,
-            0.5f * std::sqrt(box.length() * box.length() + box.width() * box.width())};
+  // A cell is as long as the middles of two rows that become one may be apart (list_near).
+  int32_t cell_of(float at_m) const {
+    constexpr float kFar = 1e6f;
+    return int32_t(std::floor(max_of(min_of(at_m * cells_per_m_, kFar), -kFar))) & (kCells - 1);
   }
 
   // Of a car on the apron: as low as a car, and no smoke.
@@ -135,60 +139,94 @@ class Joiner {
   int32_t grow(int32_t seed) {
     if (places_.group[seed] != kFree) return 0;
     places_.group[seed] = seed;
-    Group group = {box_of(places_, seed), merged_.min_z_m[seed], merged_.max_z_m[seed],
-                   merged_.min_x_m[seed], merged_.max_x_m[seed], 1};
-    const bool across = group.box.width() > params_.limits.width_m;
-    int32_t joined = 0;
-    for (;; ++joined) {
-      const int32_t row = find_nearest(seed, group, across);
-      if (row < 0) return joined;
+    Group group = {box_of(places_, seed), merged_.min_z_m[seed], merged_.max_z_m[seed], 1};
+    const CarLimits& limits = params_.limits;
+    const CarLimits across = {limits.width_m, limits.length_m, limits.height_m};
+    const CarLimits& most = group.box.width() > limits.width_m ? across : limits;
+    list_near(seed, group, most);
+    for (;;) {
+      const int32_t near = find_nearest(seed, group, most);
+      if (near < 0) return group.rows - 1;
+      const int32_t row = places_.next[places_.near[near]];
       places_.group[row] = seed;
-      group.box = unite(group.box, turn_box(places_, row, seed));
+      group.box = unite(group.box, near_box(near));
       group.low_z = min_of(group.low_z, merged_.min_z_m[row]);
       group.high_z = max_of(group.high_z, merged_.max_z_m[row]);
-      group.min_x = min_of(group.min_x, merged_.min_x_m[row]);
-      group.max_x = max_of(group.max_x, merged_.max_x_m[row]);
       ++group.rows;
     }
   }
 
-  int32_t find_nearest(int32_t seed, const Group& group, bool across) const {
-    const CarLimits& limits = params_.limits;
-    const CarLimits turned = {limits.width_m, limits.length_m, limits.height_m}, &most = across ? turned : limits;
-    // The gap of two turned boxes, of which the nearest points may lie up to a car's width inside.
-    const float width_m = min_of(limits.width_m, limits.length_m);
-    const float reach = max_of(1.5f * params_.gap_m, std::sqrt(params_.gap_m * params_.gap_m + width_m * width_m));
-    const float first_x = group.min_x - reach - longest_m_, last_x = group.max_x + reach;
-    const int32_t* const end = places_.next + count_;
-    const int32_t* it = std::lower_bound<const int32_t*>(
-        places_.next, end, first_x, [this](int32_t row, float x) { return merged_.min_x_m[row] < x; });
-    // Most rows of this strip are far to one side. On each axis of the seed, a row's turned box ends a radius from its
-    // middle at most. So where both gaps are small enough, the middles are no farther apart than half the diagonal of
-    // the group and sqrt 2 times radius and gap.
-    const Circle around = surround(group.box, seed);
-    int32_t nearest = -1;
+  // Lists the free rows that may be joined to a seed, with their boxes on its axes, in no order. Rows that are no longer
+  // free leave the cells.
+  void list_near(int32_t seed, const Group& group, const CarLimits& most) {
+    near_count_ = 0;
+    const OrientedBox& own = group.box;
+    const float c = places_.cos[seed], s = places_.sin[seed];
+    const float middle_1 = 0.5f * (own.low_1 + own.high_1), middle_2 = 0.5f * (own.low_2 + own.high_2);
+    const int32_t cell_x = cell_of(middle_1 * c - middle_2 * s), cell_y = cell_of(middle_1 * s + middle_2 * c);
+    for (int32_t n = 0; n < 9; ++n) {
+      int32_t* link = &first_[(cell_y + n / 3 - 1) & (kCells - 1)][(cell_x + n % 3 - 1) & (kCells - 1)];
+      while (*link >= 0) {
+        const int32_t k = *link, row = places_.next[k];
+        if (places_.group[row] != kFree) {
+          *link = places_.next_in_cell[k];
+          continue;
+        }
+        link = &places_.next_in_cell[k];
+        // How far apart the middles are at most: both boxes lie in one of the limits' size, or (is_same) in one that is
+        // kSame_m longer than the longer of the two.
+        const float x = places_.next_x_m[k], y = places_.next_y_m[k], size_m = places_.next_size_m[k];
+        const float most_1 = max_of(most.length_m, 0.5f * max_of(own.length(), size_m) + kSame_m) + kRounding_m;
+        const float most_2 = max_of(most.width_m, 0.5f * max_of(own.width(), size_m) + kSame_m) + kRounding_m;
+        if (abs_of(x * c + y * s - middle_1) > most_1 || abs_of(y * c - x * s - middle_2) > most_2) continue;
+        const OrientedBox box = turn_box(places_, row, seed);
+        places_.near[near_count_] = k;
+        places_.near_low_1_m[near_count_] = box.low_1, places_.near_high_1_m[near_count_] = box.high_1;
+        places_.near_low_2_m[near_count_] = box.low_2, places_.near_high_2_m[near_count_] = box.high_2;
+        ++near_count_;
+      }
+    }
+  }
+
+  OrientedBox near_box(int32_t near) const {
+    return {places_.near_low_1_m[near], places_.near_high_1_m[near], places_.near_low_2_m[near],
+            places_.near_high_2_m[near]};
+  }
+
+  // The place in the list of the row that is nearest to a group, -1 none. A group only grows: a row that does not fit
+  // leaves the list, and one that lies inside of several is joined at once, since the group's box stays as it is.
+  int32_t find_nearest(int32_t seed, Group& group, const CarLimits& most) {
+    const bool group_exceeds = !fits(most, group.box);
+    int32_t nearest = -1, left = 0;
     float nearest_m2 = 0.0f;
-    for (; it != end && merged_.min_x_m[*it] <= last_x; ++it) {
-      const int32_t row = *it;
-      const std::ptrdiff_t k = it - places_.next;
-      const float dx = places_.next_x_m[k] - around.x_m, dy = places_.next_y_m[k] - around.y_m;
-      const float most_m = places_.next_reach_m[k] + around.radius_m;
-      if (dx * dx + dy * dy > most_m * most_m || places_.group[row] != kFree) continue;
-      const OrientedBox box = turn_box(places_, row, seed);
+    for (int32_t n = 0; n < near_count_; ++n) {
+      const int32_t k = places_.near[n], row = places_.next[k];
+      if (places_.group[row] != kFree) continue;
+      const OrientedBox box = near_box(n), both = unite(group.box, box);
+      const bool fits_both = fits(most, both);
+      if (!fits_both && (group.rows > 1 || !(group_exceeds || !fits(most, box)))) continue;
+      const float low_z = merged_.min_z_m[row], high_z = merged_.max_z_m[row];
+      if (max_of(group.high_z, high_z) - min_of(group.low_z, low_z) > most.height_m) continue;
+      if (group.rows > 1 && is_inside(group.box, box) && low_z >= group.low_z && high_z <= group.high_z) {
+        places_.group[row] = seed;
+        ++group.rows;
+        continue;
+      }
+      places_.near[left] = k;
+      places_.near_low_1_m[left] = box.low_1, places_.near_high_1_m[left] = box.high_1;
+      places_.near_low_2_m[left] = box.low_2, places_.near_high_2_m[left] = box.high_2;
+      const int32_t at = left++;
       const float gap_1 = gap_of(group.box.low_1, group.box.high_1, box.low_1, box.high_1);
       const float gap_2 = gap_of(group.box.low_2, group.box.high_2, box.low_2, box.high_2);
       if (gap_1 > params_.gap_m || gap_2 > params_.gap_m) continue;
-      if (max_of(group.high_z, merged_.max_z_m[row]) - min_of(group.low_z, merged_.min_z_m[row]) > limits.height_m)
-        continue;
-      const OrientedBox both = unite(group.box, box);
-      const bool exceeds = !fits(most, group.box) || !fits(most, box);  // one of them alone
-      if (!fits(most, both) && !(exceeds && group.rows == 1 && is_same(seed, row, box, both))) continue;
       const float gap_m2 = gap_1 * gap_1 + gap_2 * gap_2;
-      if (nearest < 0 || gap_m2 < nearest_m2) {  // equal: the first by place
-        nearest = row;
-        nearest_m2 = gap_m2;
-      }
+      // Equal: the first by place.
+      if (nearest >= 0 && !(gap_m2 < nearest_m2 || (gap_m2 == nearest_m2 && k < places_.near[nearest]))) continue;
+      if (!fits_both && !is_same(seed, row, box, both)) continue;
+      nearest = at;
+      nearest_m2 = gap_m2;
     }
+    near_count_ = left;
     return nearest;
   }
 
@@ -257,8 +295,9 @@ class Joiner {
   Frame& frame_;
   FrameClusterTable& merged_;
   ClusterPlaceTable& places_;
-  int32_t count_ = 0;
-  float longest_m_ = 0.0f;  // along x
+  int32_t count_ = 0, near_count_ = 0;
+  float cells_per_m_ = 0.0f;
+  int32_t first_[kCells][kCells];  // of each cell's list, by y and x
 };
 
 }  // namespace

@@ -231,7 +231,7 @@ Posed pose_along(const StageContext& context, const Frame& frame, int32_t row, d
   sin_cos_f64(heading_rad, s, c);
   const OrientedBox box = measure_box(frame, row, float(c), float(s));
   return pose_at(size, context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t, float(c), float(s),
-                 trim_smoke(context, frame, row, float(c), float(s), box));
+                 trim_box(context, frame, row, float(c), float(s), box));
 }
 
 // Where the front of a car is: 1 along the heading of its pose, -1 the other way, 0 unknown. At psi_REF most cars drive

@@ -121,19 +121,17 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept {
   frame.kept_count = count;
 }
 
+// Beyond the capacity the nearest stay, in table order.
 void keep_nearest(const StageContext& context, Frame& frame) noexcept {
-  const FrameClusterTable& merged = frame.merged;
-  int32_t count = frame.kept_count;
-
-  // Beyond the capacity the nearest stay, in table order. The loop rarely runs, so its cost may be kept x dropped.
-  frame.candidate_overflow = 0;
-  while (count > context.candidate_capacity) {
-    int32_t farthest = 0;
-    for (int32_t i = 1; i < count; ++i)
-      if (merged.nearest_m[frame.kept[i]] >= merged.nearest_m[frame.kept[farthest]]) farthest = i;
-    for (int32_t i = farthest; i + 1 < count; ++i) frame.kept[i] = frame.kept[i + 1];
-    --count;
-    ++frame.candidate_overflow;
+  int32_t* const kept = frame.kept;
+  const float* const nearest_m = frame.merged.nearest_m;
+  const int32_t count = std::min(frame.kept_count, context.candidate_capacity);
+  frame.candidate_overflow = frame.kept_count - count;
+  if (frame.candidate_overflow > 0) {
+    std::nth_element(kept, kept + count, kept + frame.kept_count, [&](int32_t a, int32_t b) {
+      return nearest_m[a] != nearest_m[b] ? nearest_m[a] < nearest_m[b] : a < b;
+    });
+    std::sort(kept, kept + count);
   }
   frame.kept_count = count;
 }

@@ -140,7 +140,7 @@ TEST_CASE("body look: smoke at the end of a car makes it no longer") {
 
 TEST_CASE("body look: smoke at the end of a car that stands across makes it no longer") {
   const auto kept = [](float plate, bool with_smoke = true) {
-    std::vector<Solid> solids = {{25, 0, 90, 4.9, 1.9, 0.1, 1.1, 1}, {25, 3.95, 0, 0.5, 0.05, 0.3, 0.5, 1, plate}};
+    std::vector<Solid> solids = {{25, 0, 90, 4.9, 1.9, 0.1, 1.1, 1}, {25, 3.95, 0, 0.05, 0.5, 0.1, 1.1, 1, plate}};
     if (with_smoke) solids.push_back(kSmoke);
     return keep_seen(solids);
   };

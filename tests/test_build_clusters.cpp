@@ -126,6 +126,16 @@ TEST_CASE("build_clusters: keeps the nearest clusters when the table is full, in
   CHECK(s.cluster_points.count == 4);
 }
 
+TEST_CASE("build_clusters: clusters of one and two points give way first when the table is full") {
+  // Rain near the sensor, and a car of three points behind it.
+  const std::vector<Input> in = {{3, 0, 0, 1},  {4, 0, 0, 2},   {4, 0.1f, 0, 2}, {30, 0, 0, 3},
+                                 {30, 1, 0, 3}, {30, -1, 0, 3}, {2, 0, 0, 4}};
+  const Scene s(in, 4, 2);
+  CHECK(s.overflow == 2);
+  CHECK(s.labels() == Ints{3, 4});
+  CHECK(Scene(in, 4, 1).labels() == Ints{3});
+}
+
 TEST_CASE("build_clusters: equal ranges are ordered by the smaller label") {
   const Scene s({{10, 0, 0, 3}, {0, 10, 0, 1}, {0, 0, 10, 2}, {-10, 0, 0, 4}}, 4, 2);
   CHECK(s.overflow == 2);
@@ -205,7 +215,10 @@ TEST_CASE("build_clusters: agrees with a plain search over all points on random 
       if (!row.members.empty()) want.push_back(row);
     }
     const int32_t found = int32_t(want.size());
-    std::stable_sort(want.begin(), want.end(), [](const Row& a, const Row& b) { return a.nearest < b.nearest; });
+    std::stable_sort(want.begin(), want.end(), [](const Row& a, const Row& b) {
+      const bool few_a = a.members.size() < size_t(kLeastPoints), few_b = b.members.size() < size_t(kLeastPoints);
+      return few_a != few_b ? few_b : a.nearest < b.nearest;
+    });
     want.resize(size_t(std::min(found, capacity)));
     std::sort(want.begin(), want.end(), [](const Row& a, const Row& b) { return a.label < b.label; });
 

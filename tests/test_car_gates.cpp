@@ -82,6 +82,37 @@ TEST_CASE("car gates: length, width and height along psi_REF") {
   CHECK(keep({{20, -2, 0.5f}, {21, 0, 0.5f}, {20, 2, 0.5f}, {22, 1, 0.5f}}, &Frame::gated_size) == 0);
 }
 
+// The flank of a car, or of what is longer: points every 0.1 m from x0 on.
+Spots flank(float x0, int32_t columns, float y = 1.0f) {
+  Spots spots;
+  for (int32_t i = 0; i < columns; ++i)
+    for (const float z : {0.2f, 0.5f, 0.9f}) spots.push_back({x0 + 0.1f * float(i), y, z});
+  return spots;
+}
+
+TEST_CASE("car gates: a few returns of rain before a car, in one cluster with it, make it no longer or wider") {
+  const Spots car = flank(20, 49);
+  CHECK(keep(car) == 1);
+  const auto with = [&](Spots spots, const Spots& strays) {
+    spots.insert(spots.end(), strays.begin(), strays.end());
+    return spots;
+  };
+  CHECK(keep(with(car, {{18, 0.9f, 0.5f}})) == 1);
+  CHECK(keep(with(car, {{18, 0.9f, 0.5f}, {17, 0.8f, 0.5f}, {15, 0.5f, 0.4f}})) == 1);
+  CHECK(keep(with(car, {{22, -1.9f, 0.5f}})) == 1);
+  CHECK(keep(with(car, {{18, -1.9f, 0.5f}})) == 1);
+  CHECK(keep(with(car, flank(17, 3)), &Frame::gated_size) == 0);  // 9 of 156 points: a part of something longer
+  CHECK(keep(flank(20, 60), &Frame::gated_size) == 0);            // a wall
+  CHECK(keep(with(flank(20, 60), {{18, 0.9f, 0.5f}}), &Frame::gated_size) == 0);
+
+  RulesBench bench;
+  bench.add(with(car, {{18, 0.9f, 0.5f}, {22, -1.9f, 0.5f}}));
+  bench.run();
+  REQUIRE(bench.frame.detections.count == 1);
+  CHECK(bench.frame.detections.length_m[0] == doctest::Approx(4.8).epsilon(0.01));
+  CHECK(bench.frame.detections.width_m[0] < 0.1f);
+}
+
 TEST_CASE("car gates: a beam over the circuit is no car, and neither is the top of something higher than a car") {
   const auto kept = [](double low_m, double high_m, double x_m = 65) {
     RulesBench bench;

@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "pipeline/body_look.h"
 #include "tests/support/rules_bench.h"
 
 namespace {
@@ -78,7 +79,8 @@ void check_tables(const RulesBench& bench) {
     CHECK(merged.center_y_m[row] == doctest::Approx(sum[1] / points).epsilon(1e-4));
     CHECK(merged.center_z_m[row] == doctest::Approx(sum[2] / points).epsilon(1e-4));
     if (frame.places.known[row]) {  // the place follows the cluster
-      const OrientedBox box = measure_box(frame, row, frame.places.cos[row], frame.places.sin[row]);
+      const float cos = frame.places.cos[row], sin = frame.places.sin[row];
+      const OrientedBox box = trim_box(bench.context, frame, row, cos, sin, measure_box(frame, row, cos, sin));
       CHECK(box.low_1 == frame.places.low_1_m[row]);
       CHECK(box.high_1 == frame.places.high_1_m[row]);
       CHECK(box.low_2 == frame.places.low_2_m[row]);
@@ -239,6 +241,17 @@ TEST_CASE("join_shards: with a negative bound nothing is joined on the circuit o
       join(bench);
       CHECK(bench.frame.merged.count == (bound_m < 0.0f ? 2 : 1));
     }
+}
+
+TEST_CASE("join_shards: a row inside of the group counts for its height") {
+  RulesBench bench;
+  bench.add(corners(20, 23, -0.8f, 0.8f, 0.5f, 1.0f, 8));
+  bench.add(corners(19, 20, -0.8f, 0.8f, 0.5f, 1.0f, 4));
+  bench.add({{22, 0, -0.2f}});
+  bench.add({{23.5f, 0, 1.5f}});  // 1.7 m over the lowest point
+  join(bench);
+  CHECK(bench.frame.merged.count == 2);
+  check_tables(bench);
 }
 
 TEST_CASE("join_shards: without a map the axes are those of the vehicle") {

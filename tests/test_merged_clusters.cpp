@@ -217,23 +217,27 @@ TEST_CASE("merge_seams: agrees with a brute-force search on random clouds") {
           }
     }
 
-    // Groups in order of their first member; with too many, the nearest.
+    // Groups in order of their first member; with too many, those of a member with enough points first, then the nearest.
     struct Group {
       int first;
       float nearest;
+      bool has_enough = false;
     };
     std::vector<Group> groups;
     for (int i = 0; i < int(want.size()); ++i) {
       if (want[size_t(i)].group != i) continue;
       Group g{i, 1e9f};
-      for (const Member& m : want)
-        for (int32_t p : m.points)
-          if (m.group == i) g.nearest = std::min(g.nearest, f.points[size_t(m.sensor)].range_m[p]);
+      for (const Member& m : want) {
+        if (m.group != i) continue;
+        g.has_enough = g.has_enough || m.points.size() >= size_t(kLeastPoints);
+        for (int32_t p : m.points) g.nearest = std::min(g.nearest, f.points[size_t(m.sensor)].range_m[p]);
+      }
       groups.push_back(g);
     }
     const int32_t found = int32_t(groups.size());
-    std::stable_sort(groups.begin(), groups.end(),
-                     [](const Group& a, const Group& b) { return a.nearest < b.nearest; });
+    std::stable_sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) {
+      return a.has_enough != b.has_enough ? a.has_enough : a.nearest < b.nearest;
+    });
     groups.resize(size_t(std::min(found, capacity)));
     std::sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) { return a.first < b.first; });
 

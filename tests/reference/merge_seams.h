@@ -19,6 +19,7 @@ struct MergedCluster {
   std::vector<int32_t> members;  // in member order
   int32_t point_count = 0, sensor_mask = 0, main_sensor = 0;
   float low[3], high[3], center[3], nearest_m = std::numeric_limits<float>::infinity();
+  int32_t most_points = 0;  // of one member
   int64_t stamp_ns = 0;
 };
 
@@ -126,6 +127,7 @@ inline Merged merge_seams(const MergeSeamsParams& params, const std::vector<Seam
       row.point_count += t.point_count[c];
       row.sensor_mask |= 1 << s;
       row.nearest_m = std::min(row.nearest_m, t.nearest_m[c]);
+      row.most_points = std::max(row.most_points, t.point_count[c]);
       points_of_sensor[s] += t.point_count[c];
       stamp_sum += static_cast<long double>(sides[s].stamp_ns - base_ns) * t.point_count[c] + t.sum_offset_ns[c];
     }
@@ -136,11 +138,13 @@ inline Merged merge_seams(const MergeSeamsParams& params, const std::vector<Seam
     rows.push_back(row);
   }
 
-  // Keeps the nearest, in the order of their first members.
+  // Keeps those of a member of three points and more first, then the nearest, in the order of their first members.
   std::vector<std::size_t> nearest(rows.size());
   std::iota(nearest.begin(), nearest.end(), std::size_t(0));
-  std::stable_sort(nearest.begin(), nearest.end(),
-                   [&rows](std::size_t a, std::size_t b) { return rows[a].nearest_m < rows[b].nearest_m; });
+  std::stable_sort(nearest.begin(), nearest.end(), [&rows](std::size_t a, std::size_t b) {
+    const bool few_a = rows[a].most_points < 3, few_b = rows[b].most_points < 3;
+    return few_a != few_b ? few_b : rows[a].nearest_m < rows[b].nearest_m;
+  });
   nearest.resize(std::min(nearest.size(), std::size_t(capacity)));
   std::sort(nearest.begin(), nearest.end());
   out.overflow = int32_t(rows.size() - nearest.size());
