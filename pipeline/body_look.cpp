@@ -94,7 +94,7 @@ struct AxisBins {
 
 // The box of the points between the empty bins around the fullest one, if few points lie beyond.
 OrientedBox trim_axis(const Frame& frame, int32_t row, float cos, float sin, bool is_across, const OrientedBox& box) {
-  constexpr int32_t kOneIn = 20;  // points may be strays
+  constexpr int32_t kOneIn = 50;  // points may be strays
   const auto for_each_point = [&](auto&& f) {
     for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
       const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
