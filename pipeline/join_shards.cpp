@@ -73,8 +73,8 @@ class Joiner {
   }
 
  private:
-  // Lists the rows that may be joined, so without walls: in `order` by falling number of points, in `next` by place, and
-  // by cells.
+  // Lists the rows that may be joined, so without walls: in `order` by falling number of points, in `next` by place,
+  // and by cells.
   void list_shards() {
     const float given_m = params_.bound_m;  // below 0: neither the circuit nor its apron
     const float bound_m = given_m < 0.0f ? given_m : max_of(given_m, float(find_outside(context_, frame_)));

@@ -217,7 +217,8 @@ TEST_CASE("merge_seams: agrees with a brute-force search on random clouds") {
           }
     }
 
-    // Groups in order of their first member; with too many, those of a member with enough points first, then the nearest.
+    // Groups in order of their first member; with too many, those of a member with enough points first, then the
+    // nearest.
     struct Group {
       int first;
       float nearest;
