@@ -471,9 +471,10 @@ static inline ovt_points ovt_default_points(void) {
  *                                                 they had a gap or it is no further from its sensor's last good
  *                                                 stamp than they came meanwhile; when more sensors have such a
  *                                                 stamp than continue without it (a common gap); or when no other
- *                                                 sensor is good (if they went on without it before: after 24
- *                                                 of its stamps). Else counted as `late`; suspect_mask names
- *                                                 the sensor. ovt_flush ends the wait: counted as `late`
+ *                                                 sensor is good (if they went on without it before, or if it is
+ *                                                 new: after 24 of its stamps). Else counted as `late`;
+ *                                                 suspect_mask names the sensor. ovt_flush ends the wait:
+ *                                                 counted as `late`
  *   else                                          used
  *
  * Two sensors form no majority. If one steps ahead, it is the suspect. If two drift apart, both are used up to 0.5 s
@@ -547,9 +548,11 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
  * come later are inserted (OVT_FLAG_OUT_OF_SEQUENCE) and still share a frame. Detections that are 3 periods newer than
  * the first stamp of the open frame close it. Without an ego pose, rows in the map (reference) are lost once scans are
  * tracked in the vehicle frame (ovt_stats.measurements_lost): the first scan ends the tracks of such rows.
- * Columns of `count`; all but x and y may be null, or NaN per row; without cov_xy the variances are independent. Rows
- * that still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
- * external_dropped. While a sensor delivers good stamps, detections never move the clock. If they are ahead of the
+ * Columns of `count`; all but x and y may be null, or NaN per row, but var_x and var_y go together (one without the
+ * other: OVT_BAD_ARGUMENT); without cov_xy the variances are independent. Rows that still wait from an earlier push
+ * follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY, external_dropped. While a sensor delivers
+ * good stamps, detections never move the clock. If their source began after all sensors had stopped, it becomes the
+ * clock after 24 pushes, or when ovt_advance reports the sensors' silence. If detections are ahead of the
  * sensors by more than frame.tolerance_s plus frame.period_s, they are held until the sensors come near them. They are
  * dropped (OVT_SUSPECT_DETECTIONS) when the sensors advance by more than that and are still behind, when more than
  * eight pushes wait, or at ovt_flush. Without sensors, detections are the clock. */
