@@ -54,7 +54,7 @@ class Detector {
  public:
   // Null, with a status and a sentence, if the def is wrong or a resource is missing.
   static std::unique_ptr<Detector> create(const ovt_detector_def& def, ovt_status& status, std::string& error);
-  // Stops the detector and waits for the frames in work. The last reader frees the memory.
+  // Finishes the frames of all that was pushed and stops the detector. The last reader frees the memory.
   static void destroy(Detector* detector);
   ~Detector();
 
@@ -100,6 +100,7 @@ class Detector {
   void stop();
   void drop_owner();
   void tell_intake();
+  void finish_pushed();
   bool enter();
   // With worker_count 1 the caller runs everything, one call at a time: a Turn is refused while another call runs. A
   // call from on_frame is always refused: it might wait for on_frame's own frame.

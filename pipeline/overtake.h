@@ -379,10 +379,11 @@ OVT_API ovt_status ovt_create_detector(const ovt_detector_def* def, ovt_detector
  * wrong field ("" on OVT_OK). */
 OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector** out, char* error,
                                                size_t error_size);
-/* Order of a shut-down: stop the producers, ovt_flush if the last frames matter, destroy the readers, destroy the
- * detector. NULL is allowed. Waits for the frames in work and for the open one: on_frame is called for them, so `user`
- * must outlive this call. Readers that still exist stay valid until destroyed, but get no new frames; with the def's
- * alloc and free, `user` must outlive the last of them, too. */
+/* Order of a shut-down: stop the producers, ovt_flush if readers need the last frames, destroy the readers, destroy the
+ * detector. NULL is allowed. Finishes all frames of the scans and detections that were pushed, also the open frame (not
+ * scans in pieces that are not ended): on_frame is called for them, so `user` must outlive this call. Readers that
+ * still exist stay valid until destroyed, but get no new frames; with the def's alloc and free, `user` must outlive the
+ * last of them, too. */
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* What create granted of the def's requests. worker_count is smaller than requested when something else in the process
