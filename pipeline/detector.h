@@ -144,7 +144,8 @@ class Detector {
   void count_settled();
   void watch_frames();
 
-  Memory memory_;  // first member: every block is returned to it
+  Allocator callers_;  // the def's alloc and free
+  Memory memory_;      // before all other members: every block is returned to it
   StageContext context_;
   std::unique_ptr<SegmentScratch[]> scratch_;  // one per thread of the arena; one with worker_count 1
   std::unique_ptr<SpareWorkers> spare_;        // null: no scan is segmented in parts

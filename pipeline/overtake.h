@@ -282,7 +282,8 @@ typedef enum ovt_log_level { OVT_LOG_ERROR = 0, OVT_LOG_WARNING = 1, OVT_LOG_INF
 typedef struct ovt_detector ovt_detector;
 typedef struct ovt_reader ovt_reader;
 
-typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);   /* null: no memory; ovt_create_... only */
+/* Called by ovt_create_... only. Null, or a C++ exception: no memory. */
+typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 /* Logs one sentence per call, on the thread where the event happens. Logs create-time information (ISA, workers,
  * refused requests), and later each caught exception, the first refused call and each frame that hangs. Events of
