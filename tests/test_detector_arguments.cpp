@@ -584,6 +584,11 @@ TEST_CASE("detector: every bad def gets its status and a sentence that names the
   ovt_detector* out = nullptr;
   CHECK(ovt_create_detector(nullptr, &out) == OVT_BAD_ARGUMENT);
   CHECK(ovt_create_detector(&small.def, nullptr) == OVT_BAD_ARGUMENT);
+  char error[200] = "untouched";
+  CHECK(ovt_create_detector_verbose(&small.def, nullptr, error, sizeof error) == OVT_BAD_ARGUMENT);
+  CHECK(std::string(error) == "out is null");
+  CHECK(ovt_create_detector_verbose(nullptr, &out, error, sizeof error) == OVT_BAD_ARGUMENT);
+  CHECK(std::string(error) == "def is null");
   char tiny[4] = "abc";
   small.def.worker_count = -1;
   CHECK(ovt_create_detector_verbose(&small.def, &out, tiny, sizeof tiny) == OVT_BAD_ARGUMENT);
