@@ -249,8 +249,10 @@ typedef struct ovt_sensor_def {
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
 /* Race track map. Columns of `count` points in driving direction; create copies them. Either a centre line with widths,
- * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m, banking beyond 1 rad, a
- * map that is nowhere 1 m wide: OVT_BAD_ARGUMENT.
+ * or two bounds (then x_m to width_right_m are null). OVT_BAD_ARGUMENT: fewer than 3 points; a null column, except
+ * banking_rad; values that are not finite; points beyond 1e8 m; equal neighbouring points (closer than 1e-6 m; the last
+ * point of a closed line may repeat the first one); widths that are negative or beyond 4e8 m; banking beyond 1 rad; a
+ * map that is nowhere 1 m wide; bounds that are swapped or run in opposite directions.
  * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it,
  * and only of a centre line (beside bounds it is not read). Null, or 0 everywhere: unknown, and best takes the cross
  * slope from the attitude of the ego poses. */
@@ -313,7 +315,8 @@ typedef struct ovt_detector_def {
   int32_t candidate_capacity;        /* per frame and per push of detections, 256; at most 4,096, the tracker's limit */
   int32_t track_capacity;            /* 256; at most 4,096. If all detections and tracks are in each other's gates, a
                                         frame costs 0.2 ms with 64 of each, 5 with 256, 35 with 1,024, 140 with 4,096
-                                        (bench/README.md); 256 spread over 600 m x 600 m 0.5. See tracker.work_limit */
+                                        (bench/README.md); 256 spread over 600 m x 600 m 0.5. Up to five times as much
+                                        if detections are at unrelated places in each frame. See tracker.work_limit */
   int32_t frames_in_flight;          /* frames in work at once, 3 */
   int32_t reader_capacity;           /* readers that may exist at once, 4 */
   int32_t ego_pose_capacity;         /* ego poses kept, 1,024 */
@@ -819,7 +822,9 @@ typedef struct ovt_labels {
   const uint8_t* reason;             /* 0 labelled, else why the point has no label: ovt_reason_name */
   int32_t label_count;
   const int32_t* cluster_of_label;   /* [label_count + 1]: row in ovt_clusters, -1 none (ground, or table full) */
-  const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame, including NaN and infinity */
+  const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame, including infinity and, in x, y
+                                                                and z, NaN. Subnormal values and an intensity of NaN
+                                                                are 0 */
   const int32_t* layer;
 } ovt_labels;
 OVT_API ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels* out, size_t out_size);
