@@ -16,7 +16,7 @@
 
 namespace overtake {
 
-// Where memory comes from: the C API's alloc and free. `allocate` returns null when there is no memory.
+// Where memory comes from. `allocate` returns null when there is no memory, and never throws.
 struct Allocator {
   void* (*allocate)(size_t bytes, size_t alignment, void* user) = nullptr;
   void (*release)(void* block, size_t bytes, void* user) = nullptr;

@@ -28,7 +28,7 @@ struct PointFields {
 // Copies `count` points into columns, converting types.
 //   reads    fields[count]              writes  all columns of scan, scan.count
 //   values   subnormal coordinates become 0; NaN and infinite ones stay (project_points counts them)
-//            NaN intensity becomes 0
+//            NaN and subnormal intensity becomes 0; infinite intensity stays
 //            a layer that is not an integer in 0..65535 becomes kNoLayer
 //            time of 2^31 - 1 ns or more before or after the stamp, or NaN, is unknown and becomes 0
 //   rows     columns may begin at any row of a table; up to kRowAlign - 1 rows behind the last may be written

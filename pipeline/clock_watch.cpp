@@ -55,12 +55,12 @@ StampVerdict ClockWatch::classify_held(int64_t stamp_ns, int64_t base_ns) const 
 
 ClockWatch::Others ClockWatch::look_at_others(int32_t source) const noexcept {
   Others others;
-  const int32_t patience = sources_[source].contradicted ? kContradictedWait : 0;
+  const bool contradicted = sources_[source].contradicted;
   for (int32_t i = 0; i < kMaxSensors; ++i) {
     const Source& other = sources_[i];
     const Heard& heard = heard_[source][i];
     if (i == source || !other.any || other.silent || other.back || other.suspects > 0 || other.named > 0 ||
-        heard.since > std::max(heard.rhythm() + 1, patience))
+        heard.since > (contradicted ? kLongPatience : heard.patience()))
       continue;
     ++others.good;
     if (heard.since <= heard.rhythm()) ++others.fresh;
@@ -187,7 +187,7 @@ void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
   any_sensor_ = true;
   for (auto& who : heard_) {
     Heard& heard = who[source];
-    if (heard.since <= kMaxRatio) {  // else the sensor was silent, which is no regular interval
+    if (heard.since > 0 && heard.since <= kMaxRatio) {  // more: the sensor was silent, which is no regular interval
       heard.before = heard.usual;
       heard.usual = heard.since;
     }

@@ -14,10 +14,12 @@
 //   slower source more than two intervals and the tolerance
 //   else                                                    good
 //
-// Sensor A is good evidence for sensor B while A is no suspect, and B has delivered at most one stamp more than usual
-// since A's last good stamp; or 24 stamps if the others went on while B's stamps were suspect. This counts B's stamps
-// instead of using their values, which may be wrong. A time from ovt_advance 3.5 periods after A's newest stamp ends
-// A's evidence, too. Outcome of a held stamp:
+// Sensor A is good evidence for source B while A is no suspect, and B has delivered at most one stamp more since A's
+// last good stamp than usual: than in the last two of A's intervals in which B delivered any. It is evidence for up to
+// 24 stamps of B if these intervals are not known yet (B is new, or the clock has just jumped): B may be fast, and a
+// few stamps of it do not show that A stopped. So it is, too, if the others went on while B's stamps were suspect. This
+// counts B's stamps instead of using their values, which may be wrong. A time from ovt_advance 3.5 periods after A's
+// newest stamp ends A's evidence, too. Outcome of a held stamp:
 //
 //   the other sensors come to it (frame tolerance)            good
 //   they come near it, after a gap of their own; or its       good: it was early
@@ -111,10 +113,11 @@ class ClockWatch {
   static constexpr int32_t kAgreeing = 3;
   static constexpr int32_t kMaxRatio = 16;               // largest ratio of two sources' rates
   static constexpr int64_t kSlowestNs = 10'000'000'000;  // interval of a source: the longest frame.period
-  // A source whose suspect stamps the others contradicted by going on without it is not the clock before it has
-  // delivered so many stamps without a good one of them: a short gap of all others does not make a wrong clock right.
-  static constexpr int32_t kContradictedWait = 24;
-  static_assert(kContradictedWait < 2 * kMaxRatio);
+  // Stamps without a good one of a sensor after which the sensor is no evidence, if they cannot be compared with a
+  // usual number, or if the others contradicted the source's suspect stamps by going on without it: a short gap of all
+  // others does not make a wrong clock right.
+  static constexpr int32_t kLongPatience = 24;
+  static_assert(kMaxRatio < kLongPatience && kLongPatience < 2 * kMaxRatio);
   struct Source {
     bool any = false;            // had a good stamp
     bool silent = false;         // according to the time from ovt_advance
@@ -136,10 +139,12 @@ class ClockWatch {
     bool is_opposed = false, contradicted = false;
     int64_t others_ns = 0;
   };
-  // Number of stamps of one source since another one's last good stamp, and between its two good stamps before.
+  // Number of stamps of one source since a sensor's last good stamp, and in the sensor's last two intervals that had
+  // any: an interval without one tells nothing of the rate at which the source will come back. 0: not known yet.
   struct Heard {
     int32_t since = 0, usual = 0, before = 0;
     int32_t rhythm() const noexcept { return std::max({1, usual, before}); }
+    int32_t patience() const noexcept { return before == 0 ? kLongPatience : rhythm() + 1; }
   };
   struct Others {
     int32_t good = 0;   // sensors that currently deliver good stamps

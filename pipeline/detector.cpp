@@ -32,6 +32,7 @@ Detector::~Detector() { stop(); }
 
 void Detector::stop() {
   if (intake_.joinable()) {
+    if (start_state_.load(std::memory_order_acquire) == kRunning) finish_pushed();
     stop_.store(true, std::memory_order_release);
     event_.signal();
     intake_.join();
@@ -154,11 +155,17 @@ ovt_status Detector::flush() {
     count_settled();
     return OVT_OK;
   }
+  finish_pushed();
+  return OVT_OK;
+}
+
+// Asks the intake to finish the frames of all that was pushed, and waits for them. This ends: frames in work need
+// nobody but on_frame, and readers cannot hold every frame slot (a reader holds one, and the pool has more).
+void Detector::finish_pushed() {
   flush_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
   const uint64_t ticket = flush_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
   for (uint64_t done; (done = flush_done_.load(std::memory_order_acquire)) < ticket;) flush_done_.wait(done);
-  return OVT_OK;
 }
 
 // ---- intake ---------------------------------------------------------------------------------------------------------

@@ -54,7 +54,7 @@ class Detector {
  public:
   // Null, with a status and a sentence, if the def is wrong or a resource is missing.
   static std::unique_ptr<Detector> create(const ovt_detector_def& def, ovt_status& status, std::string& error);
-  // Stops the detector and waits for the frames in work. The last reader frees the memory.
+  // Finishes the frames of all that was pushed and stops the detector. The last reader frees the memory.
   static void destroy(Detector* detector);
   ~Detector();
 
@@ -100,6 +100,7 @@ class Detector {
   void stop();
   void drop_owner();
   void tell_intake();
+  void finish_pushed();
   bool enter();
   // With worker_count 1 the caller runs everything, one call at a time: a Turn is refused while another call runs. A
   // call from on_frame is always refused: it might wait for on_frame's own frame.
@@ -143,7 +144,8 @@ class Detector {
   void count_settled();
   void watch_frames();
 
-  Memory memory_;  // first member: every block is returned to it
+  Allocator callers_;  // the def's alloc and free
+  Memory memory_;      // before all other members: every block is returned to it
   StageContext context_;
   std::unique_ptr<SegmentScratch[]> scratch_;  // one per thread of the arena; one with worker_count 1
   std::unique_ptr<SpareWorkers> spare_;        // null: no scan is segmented in parts

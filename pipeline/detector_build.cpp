@@ -51,6 +51,25 @@ const ovt_sensor_def& sensor_at(const ovt_detector_def& def, int32_t i) {
   return *reinterpret_cast<const ovt_sensor_def*>(first + std::size_t(i) * def.sensors[0].struct_size);
 }
 
+// The caller's alloc and free, which must outlive this one. An exception of alloc counts as no memory.
+Allocator catching(Allocator& callers) {
+  Allocator out;
+  out.allocate = [](size_t bytes, size_t alignment, void* user) -> void* {
+    const Allocator& to = *static_cast<const Allocator*>(user);
+    try {
+      return to.allocate(bytes, alignment, to.user);
+    } catch (...) {
+      return nullptr;
+    }
+  };
+  out.release = [](void* block, size_t bytes, void* user) {
+    const Allocator& to = *static_cast<const Allocator*>(user);
+    to.release(block, bytes, to.user);
+  };
+  out.user = &callers;
+  return out;
+}
+
 std::string count_of(int32_t obtained, int32_t wanted) {
   return std::to_string(obtained) + " of " + std::to_string(wanted);
 }
@@ -123,7 +142,8 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   worker_count_ =
       def.worker_count > 0 ? def.worker_count : std::max(def.cpu_count > 0 ? def.cpu_count : count_usable_cpus(), 2);
   inline_ = worker_count_ == 1;
-  memory_.set_up(def.alloc ? Allocator{def.alloc, def.free, def.user} : Allocator{}, def.memory);
+  callers_ = {def.alloc, def.free, def.user};
+  memory_.set_up(def.alloc ? catching(callers_) : Allocator{}, def.memory);
 
   ovt_status status = build_context(def, params, error);
   if (status == OVT_OK) status = build_tables(def, params, error);

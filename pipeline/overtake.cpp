@@ -235,7 +235,10 @@ ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector
     if (error && error_size > 0) std::snprintf(error, error_size, "%s", text);
   };
   say("");
-  if (!out) return OVT_BAD_ARGUMENT;
+  if (!out) {
+    say("out is null");
+    return OVT_BAD_ARGUMENT;
+  }
   *out = nullptr;
   if (!def) {
     say("def is null");

@@ -249,8 +249,10 @@ typedef struct ovt_sensor_def {
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
 /* Race track map. Columns of `count` points in driving direction; create copies them. Either a centre line with widths,
- * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m, banking beyond 1 rad, a
- * map that is nowhere 1 m wide: OVT_BAD_ARGUMENT.
+ * or two bounds (then x_m to width_right_m are null). OVT_BAD_ARGUMENT: fewer than 3 points; a null column, except
+ * banking_rad; values that are not finite; points beyond 1e8 m; equal neighbouring points (closer than 1e-6 m; the last
+ * point of a closed line may repeat the first one); widths that are negative or beyond 4e8 m; banking beyond 1 rad; a
+ * map that is nowhere 1 m wide; bounds that are swapped or run in opposite directions.
  * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it,
  * and only of a centre line (beside bounds it is not read). Null, or 0 everywhere: unknown, and best takes the cross
  * slope from the attitude of the ego poses. */
@@ -282,7 +284,8 @@ typedef enum ovt_log_level { OVT_LOG_ERROR = 0, OVT_LOG_WARNING = 1, OVT_LOG_INF
 typedef struct ovt_detector ovt_detector;
 typedef struct ovt_reader ovt_reader;
 
-typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);   /* null: no memory; ovt_create_... only */
+/* Called by ovt_create_... only. Null, or a C++ exception: no memory. */
+typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 /* Logs one sentence per call, on the thread where the event happens. Logs create-time information (ISA, workers,
  * refused requests), and later each caught exception, the first refused call and each frame that hangs. Events of
@@ -312,7 +315,8 @@ typedef struct ovt_detector_def {
   int32_t candidate_capacity;        /* per frame and per push of detections, 256; at most 4,096, the tracker's limit */
   int32_t track_capacity;            /* 256; at most 4,096. If all detections and tracks are in each other's gates, a
                                         frame costs 0.2 ms with 64 of each, 5 with 256, 35 with 1,024, 140 with 4,096
-                                        (bench/README.md); 256 spread over 600 m x 600 m 0.5. See tracker.work_limit */
+                                        (bench/README.md); 256 spread over 600 m x 600 m 0.5. Up to five times as much
+                                        if detections are at unrelated places in each frame. See tracker.work_limit */
   int32_t frames_in_flight;          /* frames in work at once, 3 */
   int32_t reader_capacity;           /* readers that may exist at once, 4 */
   int32_t ego_pose_capacity;         /* ego poses kept, 1,024 */
@@ -379,10 +383,11 @@ OVT_API ovt_status ovt_create_detector(const ovt_detector_def* def, ovt_detector
  * wrong field ("" on OVT_OK). */
 OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector** out, char* error,
                                                size_t error_size);
-/* Order of a shut-down: stop the producers, ovt_flush if the last frames matter, destroy the readers, destroy the
- * detector. NULL is allowed. Waits for the frames in work and for the open one: on_frame is called for them, so `user`
- * must outlive this call. Readers that still exist stay valid until destroyed, but get no new frames; with the def's
- * alloc and free, `user` must outlive the last of them, too. */
+/* Order of a shut-down: stop the producers, ovt_flush if readers need the last frames, destroy the readers, destroy the
+ * detector. NULL is allowed. Finishes all frames of the scans and detections that were pushed, also the open frame (not
+ * scans in pieces that are not ended): on_frame is called for them, so `user` must outlive this call. Readers that
+ * still exist stay valid until destroyed, but get no new frames; with the def's alloc and free, `user` must outlive the
+ * last of them, too. */
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* What create granted of the def's requests. worker_count is smaller than requested when something else in the process
@@ -471,9 +476,10 @@ static inline ovt_points ovt_default_points(void) {
  *                                                 they had a gap or it is no further from its sensor's last good
  *                                                 stamp than they came meanwhile; when more sensors have such a
  *                                                 stamp than continue without it (a common gap); or when no other
- *                                                 sensor is good (if they went on without it before: after 24
- *                                                 of its stamps). Else counted as `late`; suspect_mask names
- *                                                 the sensor. ovt_flush ends the wait: counted as `late`
+ *                                                 sensor is good (if they went on without it before, or if it is
+ *                                                 new: after 24 of its stamps). Else counted as `late`;
+ *                                                 suspect_mask names the sensor. ovt_flush ends the wait:
+ *                                                 counted as `late`
  *   else                                          used
  *
  * Two sensors form no majority. If one steps ahead, it is the suspect. If two drift apart, both are used up to 0.5 s
@@ -547,9 +553,11 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
  * come later are inserted (OVT_FLAG_OUT_OF_SEQUENCE) and still share a frame. Detections that are 3 periods newer than
  * the first stamp of the open frame close it. Without an ego pose, rows in the map (reference) are lost once scans are
  * tracked in the vehicle frame (ovt_stats.measurements_lost): the first scan ends the tracks of such rows.
- * Columns of `count`; all but x and y may be null, or NaN per row; without cov_xy the variances are independent. Rows
- * that still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
- * external_dropped. While a sensor delivers good stamps, detections never move the clock. If they are ahead of the
+ * Columns of `count`; all but x and y may be null, or NaN per row, but var_x and var_y go together (one without the
+ * other: OVT_BAD_ARGUMENT); without cov_xy the variances are independent. Rows that still wait from an earlier push
+ * follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY, external_dropped. While a sensor delivers
+ * good stamps, detections never move the clock. If their source began after all sensors had stopped, it becomes the
+ * clock after 24 pushes, or when ovt_advance reports the sensors' silence. If detections are ahead of the
  * sensors by more than frame.tolerance_s plus frame.period_s, they are held until the sensors come near them. They are
  * dropped (OVT_SUSPECT_DETECTIONS) when the sensors advance by more than that and are still behind, when more than
  * eight pushes wait, or at ovt_flush. Without sensors, detections are the clock. */
@@ -593,7 +601,8 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_EGO_STALE = 16,           /* the ego pose is older than 100 ms */
   OVT_FLAG_CLOUD_DEGRADED = 32,      /* more than half of a scan's points are bad */
   OVT_FLAG_NO_DATA = 64,             /* no valid point, or a prediction: this is not "all clear" */
-  OVT_FLAG_OVERFLOW = 128,           /* a capacity was reached; the nearest were kept */
+  OVT_FLAG_OVERFLOW = 128,           /* a capacity was reached; the nearest were kept, of clusters first those of
+                                        three points or more */
   OVT_FLAG_CLOCK_JUMP = 256,
   OVT_FLAG_DEADLINE_MISSED = 512,
   OVT_FLAG_EXTERNAL = 1024,          /* an iteration of pushed detections */
@@ -814,7 +823,9 @@ typedef struct ovt_labels {
   const uint8_t* reason;             /* 0 labelled, else why the point has no label: ovt_reason_name */
   int32_t label_count;
   const int32_t* cluster_of_label;   /* [label_count + 1]: row in ovt_clusters, -1 none (ground, or table full) */
-  const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame, including NaN and infinity */
+  const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame, including infinity and, in x, y
+                                                                and z, NaN. Subnormal values and an intensity of NaN
+                                                                are 0 */
   const int32_t* layer;
 } ovt_labels;
 OVT_API ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels* out, size_t out_size);

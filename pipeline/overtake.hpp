@@ -340,7 +340,8 @@ class Reader : public FrameView {
 
 // ---- callbacks ------------------------------------------------------------------------------------------------------
 
-// Sets the def's callbacks to those of these functions that the handler has. The handler must outlive the detector.
+// Sets the def's callbacks to those of these functions that the handler has, and the others to null: all callbacks of a
+// def get the same `user`, so they need one handler. The handler must outlive the detector.
 // Each must be noexcept: an exception cannot cross the C API. overtake.h tells which thread calls which (ovt_frame_fn,
 // ovt_log_fn, ovt_alloc_fn).
 //   void on_frame(ovt::FrameView)                    void log(ovt_log_level, std::string_view)
@@ -352,6 +353,10 @@ void bind(ovt_detector_def& def, Handler& handler) noexcept {
   constexpr bool allocates = requires(std::size_t n, void* p) { handler.allocate(n, n), handler.release(p, n); };
   static_assert(frames || logs || allocates, "the handler has none of the callback functions");
   def.user = &handler;
+  def.on_frame = nullptr;
+  def.log = nullptr;
+  def.alloc = nullptr;
+  def.free = nullptr;
   if constexpr (frames) {
     static_assert(noexcept(handler.on_frame(FrameView(nullptr))), "on_frame must be noexcept");
     def.on_frame = [](ovt_reader* reader, void* user) { static_cast<Handler*>(user)->on_frame(FrameView(reader)); };

@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/params.h"
-#include "pipeline/clock_watch.h"
+#include <locale.h>
+#include <stdlib.h>
 
 #include <algorithm>
 #include <charconv>
@@ -10,6 +11,7 @@
 
 #include "core/math.h"
 #include "pipeline/abi.h"
+#include "pipeline/clock_watch.h"
 #include "pipeline/method/methods.h"
 
 namespace overtake {
@@ -49,6 +51,13 @@ double read(const ovt_params& params, const ParamRow& row) noexcept {
   double value;
   std::memcpy(&value, at, sizeof value);
   return row.in_degrees ? value / kDegree : value;
+}
+
+// A number that std::from_chars reads but cannot represent: infinite, or 0 or subnormal. strtod alone would depend on
+// the host's locale.
+double read_extreme(const char* number) noexcept {
+  static const locale_t c_locale = newlocale(LC_ALL_MASK, "C", nullptr);
+  return strtod_l(number, nullptr, c_locale);
 }
 
 void write(ovt_params& params, const ParamRow& row, double value) noexcept {
@@ -311,7 +320,7 @@ ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value
   const char* end = value + std::strlen(value);
   const auto [at, error] = std::from_chars(value, end, number);
   if (at != end || error == std::errc::invalid_argument) return OVT_BAD_ARGUMENT;
-  if (error != std::errc()) return OVT_OUT_OF_RANGE;   // larger than any double
+  if (error != std::errc()) number = read_extreme(value);
   if (!within(*row, number)) return OVT_OUT_OF_RANGE;  // also for NaN
   if (row->is_integer && number != double(int32_t(number))) return OVT_BAD_ARGUMENT;
   write(*params, *row, number);

@@ -59,6 +59,7 @@ struct Story {
   uint32_t seed = 1;
   bool every_order = true;                                  // all orders of the sensors in a round
   std::array<int32_t, 8> every = {1, 1, 1, 1, 1, 1, 1, 1};  // a sensor's period, in rounds
+  int32_t detections_a_round = 1, detections_from = 0;      // pushes, from this round on
 };
 
 struct Outcome {
@@ -156,15 +157,17 @@ class Run {
       REQUIRE((status == OVT_OK || (status == OVT_DUPLICATE && s == story_.source)));
       ++out_.pushed[std::size_t(s)];
     }
-    if (!story_.detections) return;
-    ovt_external_detections d;
-    ovt_external_detections_init(&d, sizeof d);
-    d.stamp_ns = stamp_ns + 26 * kMs + wrong_by(kDetections, k);
-    d.count = 1;
-    d.reference = OVT_REFERENCE_VEHICLE;
-    d.x_m = &kRadarX, d.y_m = &kRadarY;
-    REQUIRE(ovt_push_detections(detector_, &d) == OVT_OK);
-    ++out_.detections_pushed;
+    if (!story_.detections || k < story_.detections_from) return;
+    for (int32_t i = 0; i < story_.detections_a_round; ++i) {
+      ovt_external_detections d;
+      ovt_external_detections_init(&d, sizeof d);
+      d.stamp_ns = stamp_ns + 26 * kMs + i * kPeriodNs / story_.detections_a_round + wrong_by(kDetections, k);
+      d.count = 1;
+      d.reference = OVT_REFERENCE_VEHICLE;
+      d.x_m = &kRadarX, d.y_m = &kRadarY;
+      REQUIRE(ovt_push_detections(detector_, &d) == OVT_OK);
+      ++out_.detections_pushed;
+    }
   }
   void push_pose(int64_t stamp_ns, int64_t wrong_ns) {
     ovt_ego_pose pose;
@@ -345,6 +348,29 @@ TEST_CASE("clock: pushed detections that are ahead never move the sensors' clock
         check_others(story, out);
         CHECK(out.stats.used == out.stats.pushed);
         CHECK(out.stats.external_dropped == (n == 1 ? kRounds - kGoodRounds : n == 8 ? 6 : 1));
+        CHECK(out.named == OVT_SUSPECT_DETECTIONS);
+      }
+}
+
+TEST_CASE("clock: detections of a wrong clock that begin late, several in each scan's period, move no clock") {
+  for (const int32_t sensors : {1, 3})
+    for (const int32_t a_round : {3, 5, 10})
+      for (const int64_t ms : {37'000, 700, -1000}) {
+        CAPTURE(sensors);
+        CAPTURE(a_round);
+        CAPTURE(ms);
+        const Story story{.sensors = sensors,
+                          .detections = true,
+                          .source = kDetections,
+                          .kind = Kind::kConstant,
+                          .offset_ns = ms * kMs,
+                          .detections_a_round = a_round,
+                          .detections_from = kGoodRounds};
+        const Outcome out = Run(story).go();
+        check_others(story, out);
+        CHECK(out.stats.used == out.stats.pushed);
+        CHECK(out.stats.tracks_forgotten == 0);
+        CHECK(out.stats.external_dropped == out.detections_pushed);
         CHECK(out.named == OVT_SUSPECT_DETECTIONS);
       }
 }

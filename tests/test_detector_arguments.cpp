@@ -10,8 +10,10 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "pipeline/overtake.hpp"
 #include "tests/support/one_sensor_detector.h"
 
 using namespace overtake::test;
@@ -311,6 +313,60 @@ TEST_CASE("detector: many creates and destroys, with any refused block, free all
   ovt_destroy_detector(nullptr);
 }
 
+TEST_CASE("detector: an exception of alloc counts as no memory, at create and for a reader") {
+  struct Heap {
+    int32_t left = 0, blocks = 0;
+    static void* take(size_t size, size_t alignment, void* user) {
+      auto* heap = static_cast<Heap*>(user);
+      if (heap->left-- <= 0) throw std::runtime_error("no memory");
+      ++heap->blocks;
+      return std::aligned_alloc(alignment, size);
+    }
+    static void give(void* block, size_t, void* user) {
+      --static_cast<Heap*>(user)->blocks;
+      std::free(block);
+    }
+  } heap;
+  Small small;
+  small.def.alloc = Heap::take;
+  small.def.free = Heap::give;
+  small.def.user = &heap;
+  small.def.on_frame = nullptr;
+  CHECK(ovt_create_detector(&small.def, &small.detector) == OVT_NO_MEMORY);
+  CHECK(small.detector == nullptr);
+  heap.left = 1000;
+  small.create();
+  heap.left = 0;
+  ovt_reader* reader = nullptr;
+  CHECK(ovt_create_reader(small.detector, &reader) == OVT_NO_MEMORY);
+  CHECK(reader == nullptr);
+  ovt_destroy_detector(small.detector);
+  small.detector = nullptr;
+  CHECK(heap.blocks == 0);
+}
+
+TEST_CASE("detector: a def that is bound to a second handler calls nothing of the first") {
+  struct Everything {
+    void on_frame(ovt::FrameView) noexcept {}
+    void log(ovt_log_level, std::string_view) noexcept {}
+    void* allocate(size_t, size_t) noexcept { return nullptr; }
+    void release(void*, size_t) noexcept {}
+  } everything;
+  struct Frames {
+    void on_frame(ovt::FrameView) noexcept {}
+  } frames;
+  struct Lines {
+    void log(ovt_log_level, std::string_view) noexcept {}
+  } lines;
+  ovt_detector_def def = ovt_default_detector_def();
+  ovt::bind(def, everything);
+  CHECK((def.on_frame && def.log && def.alloc && def.free && def.user == &everything));
+  ovt::bind(def, frames);
+  CHECK((def.on_frame && !def.log && !def.alloc && !def.free && def.user == &frames));
+  ovt::bind(def, lines);
+  CHECK((!def.on_frame && def.log && !def.alloc && !def.free && def.user == &lines));
+}
+
 TEST_CASE("detector: every bad scan gets its status, and nothing changes") {
   Small small;
   small.sensor.point_capacity = 100;
@@ -528,6 +584,11 @@ TEST_CASE("detector: every bad def gets its status and a sentence that names the
   ovt_detector* out = nullptr;
   CHECK(ovt_create_detector(nullptr, &out) == OVT_BAD_ARGUMENT);
   CHECK(ovt_create_detector(&small.def, nullptr) == OVT_BAD_ARGUMENT);
+  char error[200] = "untouched";
+  CHECK(ovt_create_detector_verbose(&small.def, nullptr, error, sizeof error) == OVT_BAD_ARGUMENT);
+  CHECK(std::string(error) == "out is null");
+  CHECK(ovt_create_detector_verbose(nullptr, &out, error, sizeof error) == OVT_BAD_ARGUMENT);
+  CHECK(std::string(error) == "def is null");
   char tiny[4] = "abc";
   small.def.worker_count = -1;
   CHECK(ovt_create_detector_verbose(&small.def, &out, tiny, sizeof tiny) == OVT_BAD_ARGUMENT);

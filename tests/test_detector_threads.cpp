@@ -480,6 +480,31 @@ TEST_CASE("detector threads: flush and advance come before a scan that is pushed
   }
 }
 
+TEST_CASE("detector threads: destroy finishes the frames of all that was pushed, with any worker_count") {
+  for (const int32_t workers : {1, 2, 4})
+    for (const int32_t policy : {OVT_PUSH_WAIT, OVT_PUSH_REPLACE}) {
+      CAPTURE(workers);
+      CAPTURE(policy);
+      DetectorBench bench({.workers = workers, .push_policy = policy});
+      bench.create();
+      ovt_reader* reader = nullptr;
+      REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+      bench.push_frame(0);
+      bench.flush();
+      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);         // holds that frame, also while destroy runs
+      const std::size_t whole = policy == OVT_PUSH_WAIT ? 5 : 1;  // OVT_PUSH_REPLACE may drop scans
+      for (std::size_t k = 1; k < whole; ++k) bench.push_frame(k);
+      REQUIRE(bench.push_scan(whole, 0) == OVT_OK);  // waits for the other sensors
+      bench.destroy();
+      std::vector<uint32_t> masks;
+      for (const FrameRecord& record : bench.records) masks.push_back(record.info.sensor_mask);
+      std::vector<uint32_t> expected(whole, 7);
+      expected.push_back(1);
+      CHECK(masks == expected);
+      ovt_destroy_reader(reader);
+    }
+}
+
 TEST_CASE("detector threads: flush returns while frames take longer than their scans take to come") {
   DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
   bench.create();

@@ -189,7 +189,8 @@ TEST_CASE("frame_assembler: pushed detections are a separate frame, in the order
   CHECK(bench.count() == 3);
   CHECK(bench.external(174) == IntakeResult::kUsed);  // a radar is faster than the scans of the same time
   CHECK(bench.count() == 4);
-  for (int64_t k = 1; k < 8; ++k) bench.external(150 + 50 * k);  // no sensor goes on: the open frame ends
+  // No sensor goes on: after 24 pushes the detections are the clock, and the open frame ends.
+  for (int64_t k = 1; k < 30; ++k) bench.external(174 + 14 * k);
   std::size_t scans = 0;
   for (const ClosedFrame& frame : bench.runner.closed) {
     if (frame.kind != FrameKind::kScans) continue;

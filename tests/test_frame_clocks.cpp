@@ -11,6 +11,123 @@
 using namespace overtake;
 using namespace overtake::test;
 
+namespace {
+
+// A source's stamps: one each interval, which arrives at once and is wrong by offset_ns.
+struct Feed {
+  int32_t source;
+  int64_t from_ns, until_ns, interval_ns, offset_ns;
+};
+
+struct Verdicts {
+  int32_t jumps = 0;          // of the clock, after the first stamp
+  int64_t last_jump_ns = 0;   // its time
+  std::vector<int32_t> lost;  // stamps of each feed that are late or rejected; of detections also held ones
+};
+
+// The stamps of all feeds in the order of their arrival.
+Verdicts classify(const std::vector<Feed>& feeds, int32_t sensor_count, int64_t period_ns) {
+  struct Arrival {
+    int64_t ns;
+    std::size_t feed;
+  };
+  std::vector<Arrival> arrivals;
+  for (std::size_t i = 0; i < feeds.size(); ++i)
+    for (int64_t ns = feeds[i].from_ns; ns < feeds[i].until_ns; ns += feeds[i].interval_ns) arrivals.push_back({ns, i});
+  std::stable_sort(arrivals.begin(), arrivals.end(), [](const Arrival& a, const Arrival& b) { return a.ns < b.ns; });
+  ClockWatch watch(sensor_count, period_ns, period_ns / 2);
+  Verdicts out{.lost = std::vector<int32_t>(feeds.size())};
+  for (const Arrival& arrival : arrivals) {
+    const Feed& feed = feeds[arrival.feed];
+    const StampVerdict verdict = watch.classify(feed.source, arrival.ns + feed.offset_ns);
+    if (verdict == StampVerdict::kJump) ++out.jumps, out.last_jump_ns = arrival.ns;
+    const bool is_held = verdict == StampVerdict::kHold && feed.source == ClockWatch::kExternal;
+    out.lost[arrival.feed] += verdict == StampVerdict::kLate || is_held;
+    const uint32_t rejected = watch.take_rejected();
+    for (std::size_t i = 0; i < feeds.size(); ++i) out.lost[i] += int32_t(rejected >> feeds[i].source & 1u);
+  }
+  return out;
+}
+
+constexpr int64_t kSecond = 1'000 * kMs, kLidar = 50 * kMs;
+
+}  // namespace
+
+TEST_CASE("clock_watch: a wrong clock that delivers many stamps in each interval of the good sensors is not believed") {
+  for (const int32_t right : {1, 3})
+    for (const int64_t phase_ms : {0, 16})
+      for (const int64_t hz : {10, 20, 30, 60, 100, 200, 300})
+        for (const int64_t ahead_ms : {37'000, 900, 700, 600, 300, -600, -1'000, -1'500, -37'000})
+          for (const int64_t start_ms : {7, 1'007})
+            for (const bool is_sensor : {false, true}) {
+              CAPTURE(right);
+              CAPTURE(phase_ms);
+              CAPTURE(hz);
+              CAPTURE(ahead_ms);
+              CAPTURE(start_ms);
+              CAPTURE(is_sensor);
+              std::vector<Feed> feeds;
+              for (int32_t s = 0; s < right; ++s) feeds.push_back({s, phase_ms * s * kMs, 3 * kSecond, kLidar, 0});
+              const int32_t source = is_sensor ? right : ClockWatch::kExternal;
+              const int64_t from_ns = (start_ms + phase_ms * (right - 1)) * kMs;
+              feeds.push_back({source, from_ns, 3 * kSecond, kSecond / hz, ahead_ms * kMs});
+              const int64_t period_ns = is_sensor ? std::min(kLidar, kSecond / hz) : kLidar;
+              const Verdicts out = classify(feeds, right + int32_t(is_sensor), period_ns);
+              CHECK(out.jumps == 0);
+              for (int32_t s = 0; s < right; ++s) CHECK(out.lost[std::size_t(s)] == 0);
+            }
+}
+
+TEST_CASE("clock_watch: a fast source that comes back with a wrong clock is not believed") {
+  for (const int64_t hz : {20, 60, 200})
+    for (const int64_t pause_ms : {100, 500, 2'000})
+      for (const int64_t ahead_ms : {37'000, 700, -1'000})
+        for (const int32_t source : {1, ClockWatch::kExternal}) {
+          CAPTURE(hz);
+          CAPTURE(pause_ms);
+          CAPTURE(ahead_ms);
+          CAPTURE(source);
+          const Verdicts out =
+              classify({{0, 0, 6 * kSecond, kLidar, 0},
+                        {source, 7 * kMs, 2 * kSecond, kSecond / hz, 0},
+                        {source, 2 * kSecond + pause_ms * kMs, 6 * kSecond, kSecond / hz, ahead_ms * kMs}},
+                       source == 1 ? 2 : 1, kLidar);
+          CHECK(out.jumps == 0);
+          CHECK(out.lost[0] == 0);
+        }
+}
+
+TEST_CASE("clock_watch: a sensor that was silent for long takes the clock back from wrong detections, for good") {
+  for (const int64_t hz : {20, 60, 100})
+    for (const int64_t ahead_ms : {37'000, -37'000}) {
+      CAPTURE(hz);
+      CAPTURE(ahead_ms);
+      const Verdicts out = classify({{0, 0, 3 * kSecond, kLidar, 0},
+                                     {0, 5 * kSecond, 9 * kSecond, kLidar, 0},
+                                     {ClockWatch::kExternal, 1'007 * kMs, 9 * kSecond, kSecond / hz, ahead_ms * kMs}},
+                                    1, kLidar);
+      CHECK(out.jumps == 2);
+      CHECK(out.last_jump_ns == 5 * kSecond);
+      CHECK(out.lost[1] == 0);
+    }
+}
+
+TEST_CASE("clock_watch: when all sensors stop, detections go on at any rate; those of a new source wait for 24") {
+  for (const int64_t hz : {2, 5, 10, 13, 20, 30, 60, 100})
+    for (int64_t phase = 0; phase < 4; ++phase) {
+      CAPTURE(hz);
+      CAPTURE(phase);
+      const auto lost = [&](int64_t from_ns) {
+        return classify({{0, 0, 3 * kSecond + phase * kLidar, kLidar, 0},
+                         {ClockWatch::kExternal, from_ns, 30 * kSecond, kSecond / hz, 0}},
+                        1, kLidar)
+            .lost[1];
+      };
+      CHECK(lost(7 * kMs) <= 2);
+      CHECK(lost(10 * kSecond) == 24);
+    }
+}
+
 TEST_CASE("frame_assembler: a scan that is more than half a second old is late") {
   AssemblerBench bench;
   bench.sweep(1000);                                 // 1000, 1001, 1002 ms
@@ -340,6 +457,7 @@ TEST_CASE("frame_assembler: stamps at both ends of int64 work") {
   CHECK(bench.scan_ns(2, 0) == IntakeResult::kHeld);
   CHECK(bench.scan_ns(1, INT64_MIN) == IntakeResult::kUsed);
   CHECK(bench.scan_ns(2, INT64_MIN) == IntakeResult::kUsed);
+  for (const int32_t s : {0, 1, 2}) CHECK(bench.scan_ns(s, INT64_MIN + 50 * kMs) == IntakeResult::kUsed);
   CHECK(bench.assembler.take_settled().late == 2);
   for (const int64_t back : {2, 1}) CHECK(bench.scan_ns(0, INT64_MAX - back * kMs) == IntakeResult::kLate);
   CHECK(bench.scan_ns(0, INT64_MAX) ==

@@ -244,6 +244,8 @@ TEST_CASE("params: ovt_set_param refuses invalid values and changes nothing") {
       {"tracker.gate_m", "inf", OVT_OUT_OF_RANGE},
       {"tracker.gate_m", "-inf", OVT_OUT_OF_RANGE},
       {"tracker.gate_m", "1e400", OVT_OUT_OF_RANGE},
+      {"tracker.gate_m", "-1e400", OVT_OUT_OF_RANGE},
+      {"tracker.r_x", "1e-400", OVT_OUT_OF_RANGE},
       {"tracker.gate_m", "-0.001", OVT_OUT_OF_RANGE},
       {"ground.threshold_deg", "90.001", OVT_OUT_OF_RANGE},
   };
@@ -270,6 +272,17 @@ TEST_CASE("params: ovt_set_param refuses invalid values and changes nothing") {
   CHECK(ovt_describe_param(-1, &info) == OVT_BAD_ARGUMENT);
   CHECK(ovt_describe_param(ovt_param_count(), &info) == OVT_BAD_ARGUMENT);
   CHECK(ovt_describe_param(0, nullptr) == OVT_BAD_ARGUMENT);
+}
+
+TEST_CASE("params: a number too small for a double is 0, or subnormal") {
+  ovt_params params = ovt_default_params();
+  for (const char* number : {"1e-400", "0.01e-330", "0"}) {
+    params.gate_slack = 1;
+    CHECK(ovt_set_param(&params, "gate.slack", number) == OVT_OK);
+    CHECK(params.gate_slack == 0);
+  }
+  CHECK(ovt_set_param(&params, "gate.slack", "1e-310") == OVT_OK);
+  CHECK(params.gate_slack == 1e-310);
 }
 
 TEST_CASE("params: an unknown preset and a struct of an unknown size are refused") {
