@@ -92,10 +92,10 @@ grep -q "'descr': '<f4'.*'shape': (32, 857)" <(head -c 128 images/range.npy | tr
 
 { echo stamp_ns,x_m,y_m; for i in {0..29}; do echo "$((i * 50000000)),$((i * 2)),5"; done; echo 1500000000,,; } >detections.csv
 expect "track" "$overtake" track detections.csv --out track
-grep -q '^note: .* that track does not read' stdout && fail "track does not read a column: $(cat stdout)"
+grep -q '^note: .* not read' stdout && fail "track does not read a column: $(cat stdout)"
 printf 'stamp_ns,x_m,y_m,lenght_m,yaw_rad,heading_rad,class\n0,1,2,4.5,0,0,car\n' >unread.csv
 expect "track with unknown columns" "$overtake" track unread.csv --out track_unread
-[[ $(grep -c '^note: unread.csv has columns that track does not read: lenght_m, yaw_rad, class$' stdout) == 1 ]] ||
+[[ $(grep -c '^note: unread.csv has columns that are not read: lenght_m, yaw_rad, class$' stdout) == 1 ]] ||
   fail "unknown columns are not named once: $(cat stdout)"
 [[ $(awk -F, 'NR > 1 { print $2 }' track/tracks.csv | sort -u | wc -l) == 1 ]] || fail "a straight drive is not one track"
 awk -F, '$4 == 29 && ($7 < 38 || $7 > 42) { exit 1 }' track/tracks.csv || fail "2 m each 50 ms is not about 40 m/s"
@@ -532,6 +532,20 @@ grep -qxF "note: $turned" stdout || fail "run turns banking round and does not s
 grep -qxF "note   map: $turned" stdout || fail "doctor does not say that banking is turned round: $(cat stdout)"
 awk -F, 'BEGIN { OFS = "," } NR > 1 { $5 = $5 * 57.3 } 1' race/map.csv >degrees.csv
 refuse "degrees.csv:2:*: banking_rad is beyond 1 rad (degrees[?])" run race.mcap --map degrees.csv --out out
+
+# ---- columns of an unknown name: named, never half of an attitude
+sed '1s/speed_mps/speed_kmh/' race/ego.csv >other_ego.csv
+sed '1s/banking_rad/banking_deg/' race/map.csv >other_map.csv
+expect "run with other columns" "$overtake" run race.mcap --map other_map.csv --ego other_ego.csv --out other --force
+cp stdout run_notes
+"$overtake" doctor race.mcap --map other_map.csv --ego other_ego.csv >doctor_notes
+for unread in "map: other_map.csv has a column that is not read: banking_deg" \
+  "ego: other_ego.csv has a column that is not read: speed_kmh"; do
+  grep -qxF "note: ${unread#*: }" run_notes || fail "run does not say: $unread, but $(cat run_notes)"
+  grep -qxF "note   $unread" doctor_notes || fail "doctor does not say: $unread, but $(cat doctor_notes)"
+done
+sed '1s/roll_rad/roll_deg/' race/ego.csv >half.csv
+refuse "half.csv: has pitch_rad and no roll_rad*" run race.mcap --ego half.csv --out out
 
 # ---- a map against the driving direction
 { head -n 1 race/map.csv; tail -n +2 race/map.csv | tac; } >against.csv

@@ -385,6 +385,12 @@ def test_banking_of_the_opposite_sign_is_turned_round(race, tmp_path):
             pass
 
 
+def test_columns_that_are_not_read_are_named(race, tmp_path):
+    (tmp_path / "ego.csv").write_text("stamp_ns,x_m,y_m,yaw_rad,sped_mps\n0,0,0,0,9\n1000000000,9,0,0,9\n")
+    with pytest.warns(UserWarning, match="ego.csv has a column that is not read: sped_mps"):
+        overtake.open(race, ego=tmp_path / "ego.csv")
+
+
 def test_rigs_and_maps(race, tmp_path):
     rig = overtake.load_rig("racecar")
     assert [sensor.name for sensor in rig.sensors] == ["front", "left", "right"] and rig.period_s == 0.05

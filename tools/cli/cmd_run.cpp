@@ -67,7 +67,7 @@ void print_notes(const CountSink& counts, const Session& session) {
       std::printf("note: %s\n", note.text);
   }
   for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", printable(sentence).c_str());
-  if (!session.map_note().empty()) std::printf("note: %s\n", printable(session.map_note()).c_str());
+  for (const std::string& note : session.file_notes()) std::printf("note: %s\n", printable(note).c_str());
   if (const std::string bad = session.bad_poses(); !bad.empty()) std::printf("note: %s\n", bad.c_str());
   if (stats.pushed != stats.used)
     std::printf("note: of %s %lld %s not used (late %lld, repeated stamp %lld, dropped %lld)\n",

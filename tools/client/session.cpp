@@ -110,13 +110,13 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
       in_pieces_(config.in_pieces),
       map_margin_m_(std::max(config.params.gate_ego_margin_m, config.params.gate_map_margin_m)),
       rig_(config.rig) {
-  if (!config.ego.empty()) ego_ = io::read_ego_file(config.ego);
+  if (!config.ego.empty()) ego_ = io::read_ego_file(config.ego, &file_notes_);
   io::MapData map;
   ovt_map_def map_def;
   if (!config.map.empty()) {
     map = io::read_map(config.map);
     map_def = to_map_def(map);
-    if (map.banking_turned) map_note_ = config.map + ": " + io::kBankingTurned;
+    file_notes_.insert(file_notes_.end(), map.notes.begin(), map.notes.end());
   }
   std::vector<ovt_sensor_def> sensors;
   for (const io::RigSensor& sensor : rig_.sensors) sensors.push_back(to_sensor_def(sensor));

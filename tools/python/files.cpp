@@ -45,7 +45,7 @@ py::dict load_rig(const std::string& name) {
 
 py::dict load_map(const std::string& path) {
   const auto map = without_gil([&] { return io::read_map(path); });
-  if (map.banking_turned) warn(path + ": " + io::kBankingTurned);
+  for (const std::string& note : map.notes) warn(note);
   py::dict out;
   out["closed"] = map.closed;
   const auto put = [&](const char* name, const std::vector<double>& values) {

@@ -133,7 +133,7 @@ class Run {
   }
   void finish() {
     if (std::exchange(finished_, true)) return;
-    if (!session_->map_note().empty()) warn(session_->map_note());
+    for (const std::string& note : session_->file_notes()) warn(note);
     if (!damage_.empty()) warn_of_damage(config_.input + ": " + damage_ + "; the frames are those before it");
     if (stream_->lost_count() > 0) warn_of_damage(config_.input + ": " + stream_->losses());
     if (2 * off_map_ > frames_)
