@@ -341,6 +341,15 @@ code=$?
 [[ $(wc -l <stderr) == 1 && $(cat stderr) == "overtake: cut_race.mcap: "*"; results are from the part before it" ]] ||
   fail "evaluate of a damaged log: $(cat stderr)"
 [[ -s judged_cut/metrics.json && -s judged_cut/report.html ]] || fail "evaluate of a damaged log: no report"
+log=$'cut\xff.mcap'  # a name that is no text
+cp race.mcap "$log"
+expect "evaluate of a name that is not UTF-8" "$overtake" evaluate "$log" --preset paper --every 9 --frames 2 --quiet --out judged_name
+[[ -s judged_name/metrics.json && -s judged_name/report.html ]] || fail "evaluate of a name that is not UTF-8: no report"
+expect "a run of a name that is not UTF-8" "$overtake" run "$log" --out named --quiet
+expect "its config.toml" "$overtake" run race.mcap --config named/config.toml --out named_again --quiet
+cmp named/tracks.csv named_again/tracks.csv || fail "config.toml of a name that is not UTF-8 gives other results"
+cp scene/map.csv "$log.csv"
+refuse "*/cut?xff.mcap.csv: its path is not UTF-8: config.toml cannot name it" run race.mcap --map "$log.csv" --out out
 expect "compare of evaluations" "$overtake" compare judged judged
 grep -q '^  judged/best ' stdout && grep -q '^  judged/paper .*[+]' stdout || fail "compare of evaluations: $(cat stdout)"
 expect "compare of evaluations --json" "$overtake" compare judged judged --json && cp stdout differences.json

@@ -54,6 +54,7 @@ struct Config {
 Config load_config(const Options& options);
 // Like load_config, for a command that reads scans: also throws if there is no rig.
 Config load_config_with_rig(const Options& options);
+// Throws io::Error where the path of the map or of the ego poses is not UTF-8, which TOML cannot hold.
 std::string format_config(const Config& config);
 // Adds the files that the command reads to the guard, so that no output overwrites them.
 void add_inputs(io::OutputGuard& guard, const Options& options, const Config& config);

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "pipeline/overtake.h"
+#include "tools/io/json_text.h"
 
 namespace overtake::serve {
 namespace {
@@ -35,9 +36,7 @@ std::string encode_base64(std::string_view bytes) {
   return out;
 }
 
-SocketMessage text_message(const Json& json) {
-  return {true, json.dump(-1, ' ', false, Json::error_handler_t::replace), nullptr};
-}
+SocketMessage text_message(const Json& json) { return {true, io::dump_json(json), nullptr}; }
 
 // level: 0 information, 1 warning, 2 error. A status replaces the one of its id.
 SocketMessage status_message(int32_t level, const char* id, const std::string& text) {
