@@ -625,6 +625,11 @@ mkdir nan
   printf '%s\n' 'VERSION 0.7' 'FIELDS x y z ring' 'SIZE 4 4 4 4' 'TYPE F F F U' 'COUNT 1 1 1 1' 'WIDTH 3' 'HEIGHT 1' \
     'POINTS 3' 'DATA ascii' '10 0 -0.5 9' 'nan nan nan 0' 'inf 0 0 1'
 } >nan/000000_front.pcd
+mkdir none no_bytes
+for i in 0 1 2; do sed 's/^WIDTH.*/WIDTH 0/; s/^POINTS.*/POINTS 0/; /^DATA/q' nan/000000_front.pcd >none/00000${i}_front.pcd; done
+refuse "none: holds no usable point in 3 scans" run none --rig av21 --out out
+: >no_bytes/000000.bin
+refuse "no_bytes/000000.bin: is empty (0 bytes)" run no_bytes --rig hdl64 --out out
 expect "inspect of points that are not finite" "$overtake" inspect nan --rig av21 --sensor front --out nan_out
 "$overtake" info scene >/dev/full 2>stderr
 code=$?

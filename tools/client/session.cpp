@@ -164,6 +164,12 @@ void Session::push_ego_until(int64_t stamp_ns) {
   }
 }
 
+std::string Session::why_no_data(const std::string& damage) const {
+  const int64_t scans = stats().pushed;
+  return (scans == 0 ? "holds no scan" : "holds no usable point in " + io::counted(scans, "scan")) +
+         (damage.empty() ? "" : "; " + damage);
+}
+
 std::string Session::bad_poses() const {
   if (bad_poses_ == 0) return "";
   return io::counted(bad_poses_, "ego pose") +

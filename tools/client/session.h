@@ -46,6 +46,8 @@ class Session {
   const std::vector<std::string>& file_notes() const { return file_notes_; }
   const MapDirection& direction() const { return direction_; }  // of the poses pushed so far
   std::string bad_poses() const;  // a sentence about poses that the library cannot use; "" if there are none
+  // A sentence about a recording of which no frame has a usable point. `damage`: why reading ended early, or "".
+  std::string why_no_data(const std::string& damage) const;
   // Pushes the poses that the frame's points need, then its scans. A scan that the library reports as late or as a
   // duplicate is not an error: the library counts it.
   void push(const io::FrameScans& frame);
