@@ -223,6 +223,11 @@ printf 'stamp_ns,x_m,y_m,var_x,var_y\n0,1,2,0.1,0.1\n1,1,2,0.1,-0.1\n' >unsure.c
 refuse "unsure.csv:3:11: var_y is negative" track unsure.csv --out out
 sed -i 's/-0.1/0.1/; s/1,2,0.1/1,2,-0.1/' unsure.csv
 refuse "unsure.csv:2:7: var_x is negative" track unsure.csv --out out
+for row in "0.1,,|var_x and var_y are needed together" ",,0.1|cov_xy needs var_x and var_y" \
+  "0,0,|a variance is not between 1e-12 and 1e12 m^2" "0.1,0.1,0.1|cov_xy is too large: its square must be below var_x [*] var_y"; do
+  printf 'stamp_ns,x_m,y_m,var_x,var_y,cov_xy\n0,1,2,0.1,0.2,\n1,1,2,0.1,0.2,-0.1\n2,1,2,%s\n' "${row%|*}" >unsure.csv
+  refuse "unsure.csv:4:*: ${row#*|}" track unsure.csv --out out
+done
 { echo stamp_ns,x_m,y_m; for i in {1..300}; do echo "7,$((i * 10)),5"; done; } >many.csv
 refuse "many.csv: scan 7 has 300 rows, at most 256 are taken (--capacity candidates=512 raises it)" track many.csv --out out
 expect "track of many rows" "$overtake" track many.csv --capacity candidates=512 --out many

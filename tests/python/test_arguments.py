@@ -235,6 +235,12 @@ def test_detections_of_another_detector():
             detector.push_detections(10 * 50_000_000, [1, 2], [1])
         with pytest.raises(TypeError, match="score is dtype of kind 'U'; numbers are needed"):
             detector.push_detections(10 * 50_000_000, [1], [1], score=numpy.array(["a"]))
+        for var_x, var_y, cov_xy, sentence in (
+                (-1, -1, 0, "a variance is not between"), (0.1, float("nan"), 0, "var_x and var_y are needed together"),
+                (float("nan"), float("nan"), 0, "cov_xy needs var_x and var_y"), (0.1, 0.1, 500, "cov_xy is too large")):
+            with pytest.raises(ValueError, match=f"row 1: {sentence}"):
+                detector.push_detections(10 * 50_000_000, [1, 2], [1, 2], var_x=[0.1, var_x], var_y=[0.1, var_y],
+                                         cov_xy=[0, cov_xy])
         with pytest.raises(ValueError, match="reference is 'car'"):
             detector.push_detections(10 * 50_000_000, [1], [1], reference="car")
         with pytest.raises(overtake.TooManyError):

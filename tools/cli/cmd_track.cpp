@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // overtake track: runs the tracker alone on detections in the map frame; writes tracks.csv and config.toml.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "tools/cli/command.h"
 #include "tools/cli/command_options.h"
 #include "tools/client/console.h"
+#include "tools/client/covariance.h"
 #include "tools/client/result_files.h"
 #include "tools/client/session.h"
 #include "tools/io/csv.h"
@@ -71,6 +73,8 @@ std::vector<Scan> read_scans(const std::string& path, std::vector<std::string>& 
     scan.var_x.push_back(variance(i, var_x, "var_x"));
     scan.var_y.push_back(variance(i, var_y, "var_y"));
     scan.cov_xy.push_back(optional(i, cov_xy));
+    if (const char* fault = find_covariance_fault(scan.var_x.back(), scan.var_y.back(), scan.cov_xy.back()))
+      csv.fail(i, std::max({var_x, var_y, cov_xy}), fault);
     scan.length_m.push_back(size(i, length, "length_m"));
     scan.width_m.push_back(size(i, width, "width_m"));
     scan.height_m.push_back(size(i, height, "height_m"));

@@ -4,7 +4,11 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "tools/client/covariance.h"
 
 namespace overtake::python {
 namespace {
@@ -255,6 +259,11 @@ py::object Detector::push_detections(int64_t stamp_ns, const py::dict& columns, 
 #undef OVT_TAKE
   // clang-format on
   rows.count = count.value("push_detections");
+  const auto value = [](const double* column, int32_t i) { return column ? column[i] : std::nan(""); };
+  for (int32_t i = 0; i < rows.count; ++i)
+    if (const char* fault =
+            cli::find_covariance_fault(value(rows.var_x, i), value(rows.var_y, i), value(rows.cov_xy, i)))
+      throw py::value_error("row " + std::to_string(i) + ": " + fault);
   Call call(*this, &detections_busy_);
   const ovt_status status =
       call.without_gil([&](ovt_detector* detector) { return ovt_push_detections(detector, &rows); });
