@@ -37,7 +37,7 @@ expect "info --help" "$overtake" info --help && grep -q '^ *PCD (.pcd): ' stdout
   fail "the help of info lists no formats"
 expect "params" "$overtake" params && grep -q '^tracker.confirm_hits' stdout || fail "params lists no tracker.confirm_hits"
 expect "scene" "$write_scene" scene 8
-run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --set tracker.confirm_hits=3)
+run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --set tracker.horizon_s=2.5)
 expect "run" "${run[@]}" --out run
 grep -q '^ *scan  *points' stdout || fail "run prints no table"
 has_header run/detections.csv frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,heading_ref_rad,heading_var_rad,sensor_mask,var_x,var_y,cov_xy,view,class,road_z_m,height_m,ego_offset_rad
@@ -59,7 +59,7 @@ grep -qE '^ +[0-9]+:[0-9]+ +map ' stdout || fail "run's table does not name trac
 expect "run of paper" "${run[@]}" --preset paper --out run_paper
 has_header run_paper/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name
 grep -q ',confirmed,7,' run/tracks.csv || fail "no confirmed track at the end of the scene"
-grep -q '^confirm_hits = 3$' run/config.toml || fail "config.toml lacks what --set said"
+grep -q '^horizon_s = 2.5$' run/config.toml || fail "config.toml lacks what --set said"
 
 expect "quiet" "${run[@]}" --quiet --out again && [[ ! -s stdout && ! -s stderr ]] || fail "--quiet prints"
 expect "config" "$overtake" run scene --config run/config.toml --out from_config
@@ -182,6 +182,17 @@ refuse "two_sensors.toml:4: a second table [[][[]sensors]]: only one is read, *"
 refuse "no.toml: no such file" run scene --config no.toml "${av21[@]}"
 refuse "--preset: there is no preset 'worst' (there is: paper, best)" run scene --preset worst "${av21[@]}"
 refuse "preset.toml:1: there is no preset 'worst' (there is: paper, best)" run scene --config preset.toml "${av21[@]}"
+refuse "--set smooth.window=5: has no effect: preset best does not read it (overtake params --preset best tells which it reads)" \
+  run scene --set smooth.window=5 "${av21[@]}"
+refuse "--sweep smooth.window=3:7:2: has no effect: preset best does not read it *" \
+  evaluate scene --preset best --sweep smooth.window=3:7:2 --out out
+printf '[tracker]\nconfirm_hits = nan\n' >nan.toml
+refuse "nan.toml:2: tracker: tracker.confirm_hits is 'nan', it takes a whole number from 1 to 64 hits" \
+  run scene --config nan.toml "${av21[@]}"
+printf 'x_m,y_m,w_tr_right_m,w_tr_left_m\n0,0,0,0\n9,0,0,0\n18,0,0,0\n' >thin.csv
+refuse "thin.csv: a track map is nowhere 1 m wide: *" run scene --map thin.csv --ego scene/ego.csv "${av21[@]}"
+refuse "--allow-origin https://app.example/x: is the origin of no page: scheme://host[[]:port] is needed" \
+  run scene --live 0 --allow-origin https://app.example/x "${av21[@]}"
 refuse "--set tracker.M=3: there is no parameter 'tracker.M' *" run scene --set tracker.M=3 "${av21[@]}"
 refuse "--set tracker.confrm_hits=3: there is no parameter 'tracker.confrm_hits' *; did you mean 'tracker.confirm_hits'[?]" \
   run scene --set tracker.confrm_hits=3 "${av21[@]}"

@@ -324,12 +324,12 @@ def test_wrong_recordings(tmp_path):
 
 
 def test_numpy_scalars_are_numbers(race):
-    values = {"tracker.confirm_hits": (4, numpy.int64(4), numpy.uint8(4), numpy.float32(4), numpy.array(4)),
+    values = {"lane_tracker.confirm_hits": (4, numpy.int64(4), numpy.uint8(4), numpy.float32(4), numpy.array(4)),
               "gate.min_points": (7, numpy.int16(7)),
-              "ground.threshold_deg": (12.5, numpy.float32(12.5), numpy.float64(12.5))}
+              "cluster.threshold_deg": (2.5, numpy.float32(2.5), numpy.float64(2.5))}
     plain = {name: kinds[0] for name, kinds in values.items()}
     config = overtake.run(race, params=plain).config
-    assert "confirm_hits = 4" in config and "threshold_deg = 12.5" in config
+    assert "confirm_hits = 4" in config and "threshold_deg = 2.5" in config
     for name in plain:
         for value in values[name]:
             assert overtake.run(race, params={**plain, name: value}).config == config, (name, value)

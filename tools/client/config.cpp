@@ -227,6 +227,13 @@ std::string say_partial(const std::string& input) {
 
 }  // namespace
 
+bool reads_param(const ovt_params& params, std::string_view name) {
+  const auto all = describe_params();
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (name == all[i].name) return ovt_reads_param(&params, int32_t(i)) != 0;
+  return false;
+}
+
 Config load_config(const Options& options) {
   Config config;
   config.command = options.command;
@@ -267,6 +274,10 @@ Config load_config(const Options& options) {
     const std::string value(io::trim(std::string_view(pair).substr(equals + 1)));
     const std::string wrong = set_param(config.params, key, value);
     if (!wrong.empty()) throw Error("--set " + pair, 0, wrong);
+    if (!reads_param(config.params, key))
+      throw Error("--set " + pair, 0,
+                  "has no effect: preset " + config.preset + " does not read it (overtake params --preset " +
+                      config.preset + " tells which it reads)");
   }
   return config;
 }

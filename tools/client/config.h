@@ -18,6 +18,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/overtake.h"
@@ -49,6 +50,9 @@ struct Config {
   io::Rig rig;
   io::Capacities capacities;  // a missing one comes from the rig, else from the library's default
 };
+
+// Whether the preset of `params` reads the parameter; false also if there is none of that name.
+bool reads_param(const ovt_params& params, std::string_view name);
 
 // Uses the rig's period as frame.period_s unless that is set. Throws io::Error.
 Config load_config(const Options& options);

@@ -141,6 +141,9 @@ def _to_params(preset, params, period_s):
     if period_s is not None:
         made["frame.period_s"] = period_s
     made.update(params or {})
+    for name in params or {}:
+        if not made.has_effect(name):
+            raise ValueError(f"{name} has no effect: preset {made.preset} does not read it")
     return made
 
 
@@ -155,7 +158,7 @@ class Detector(_overtake.DetectorBase):
     preset          "best" (default) or "paper", the publication to the letter
     map             a path (load_map), a Map, a dict of its columns; None: no map
     workers         1: the calling thread does all work; n: a graph on n threads; 0: one per CPU
-    params          Params, or {"tracker.confirm_hits": 3}. With Params, set frame.period_s to that of the rig
+    params          Params, or {"gate.min_points": 9}, of what the preset reads. With Params, set frame.period_s to that of the rig
     push            "wait" (default): nothing is dropped; "replace": live, the newest scan replaces a waiting one
     isa             forces an instruction set: "ref", "sse2", "avx2", ...
     keep_images     frames keep every image; False: less time

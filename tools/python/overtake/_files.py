@@ -71,7 +71,7 @@ def run(path, rig=None, preset=None, map=None, workers=1, params=None, *, ego=No
     rig       a built-in name or a TOML file; None: that of a simulated log
     preset    "best" (default) or "paper"
     map, ego  a track map and a CSV of own poses; None: those of the recording; "none": without
-    params    {"tracker.confirm_hits": 3}, or Params
+    params    {"gate.min_points": 9}, of what the preset reads, or Params
     config    the config.toml of an earlier result; capacities: {"tracks": 512}; stream: push scans in pieces
 
     Every frame comes once, in order. Its detections and tracks are copies, so frames may be kept; copy_labels and
