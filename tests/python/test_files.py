@@ -321,6 +321,40 @@ def test_wrong_recordings(tmp_path):
             overtake.run(tmp_path, rig="av21", path_horizon_s=wrong)
     with pytest.raises(TypeError, match="workers is 'two'; a whole number is needed"):
         overtake.run(tmp_path, rig="av21", workers="two")
+    with pytest.raises(ValueError, match="workers is -3; 0 or more is needed"):
+        overtake.run(tmp_path, rig="av21", workers=-3)
+    with pytest.raises(ValueError, match="workers is -1; 0 or more is needed"):
+        overtake.simulate("demo", workers=-1)
+    rig = overtake.load_rig("av21")
+    rig.sensors[0].z_m += 0.1
+    with pytest.raises(ValueError, match="rig was changed after load_rig: a recording reads av21 again"):
+        overtake.open(tmp_path, rig)
+    for track in (overtake.Map(), {"x_m": [0, 1]}, 3):
+        with pytest.raises(TypeError, match=f"map is a {type(track).__name__}; a path is needed"):
+            overtake.run(tmp_path, rig="av21", map=track)
+    with pytest.raises(ValueError, match="no path holds a zero byte"):
+        overtake.run(os.fspath(tmp_path) + "\0", rig="av21")
+
+
+def test_a_recording_without_a_usable_point(tmp_path):
+    columns = {name: numpy.full(3, numpy.nan, "f4") for name in ("x", "y", "z", "ring")}
+    write_pcd(tmp_path / "000000_front.pcd", columns)
+    with pytest.raises(overtake.FileError, match="holds no usable point in 1 scan"):
+        list(overtake.run(tmp_path, rig="av21"))
+
+
+def test_paths_may_be_any_bytes(tmp_path):
+    folder = os.fsencode(tmp_path) + b"/race\xff"
+    made = overtake.simulate("demo", seconds=0.1, out=folder)
+    assert made.path == os.fsdecode(folder) and os.path.isdir(folder)
+    for path in (folder, os.fsdecode(folder), pathlib.Path(os.fsdecode(folder)), made):
+        recording = overtake.open(path)
+        assert len(list(recording)) == 6 and recording.path == made.path
+        assert next(iter(recording)).path.startswith(made.path)
+        assert len(list(overtake.run(path))) == 2
+    with pytest.raises(overtake.FileError, match="race.*/missing: no such folder"):
+        overtake.open(folder + b"/missing", rig="av21")
+    assert len(overtake.load_map(folder + b"/map.csv").x_m) > 100
 
 
 def test_numpy_scalars_are_numbers(race):

@@ -82,7 +82,10 @@ Detector::Detector(const py::list& sensors, const ParamSet& params, const py::ob
   for (const py::handle item : sensors) {
     const auto fields = py::reinterpret_borrow<py::dict>(item);
     defs.push_back(to_sensor(fields));
-    names->push_back(py::cast<std::string>(py::str(fields["name"])));
+    std::string name = py::cast<std::string>(py::str(fields["name"]));
+    if (std::find(names->begin(), names->end(), name) != names->end())
+      throw py::value_error("two sensors are named '" + name + "'");
+    names->push_back(std::move(name));
     point_capacity_.push_back(defs.back().point_capacity);
   }
   sensors_ = names;

@@ -306,7 +306,13 @@ intensity and time (ns after stamp_ns): what Detector.push_scan takes. Without a
       .def_readonly("sensor", &PyScan::sensor, "Name of the sensor; without a rig: the topic, or the word of the file.")
       .def_readonly("frame", &PyScan::frame, "Number of the frame in the recording; without a rig: of the scan.")
       .def_readonly("stamp_ns", &PyScan::stamp_ns, "Stamp in ns; 0 where files have none and there is no rig.")
-      .def_readonly("path", &PyScan::path, "The file.")
+      .def_property_readonly(
+          "path",
+          [](const PyScan& scan) {
+            return py::reinterpret_steal<py::str>(
+                PyUnicode_DecodeFSDefaultAndSize(scan.path.data(), py::ssize_t(scan.path.size())));
+          },
+          "The file.")
       .def_readonly("points", &PyScan::points, "Columns by name.")
       .def_readonly("ego_poses", &PyScan::ego_poses,
                     "Own poses to push before this scan: dicts of the arguments of push_ego_pose.")
