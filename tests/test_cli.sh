@@ -7,6 +7,7 @@
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "${1:?usage: test_cli.sh OVERTAKE WRITE_SCENE}") write_scene=$(realpath "${2:?}")
+readonly scenarios=$(cd "$(dirname "${BASH_SOURCE[0]}")/../tools/sim/scenarios" && pwd)
 cd "$work" || exit 1
 
 # expect NAME COMMAND...: the command must succeed.
@@ -656,6 +657,9 @@ sed -i 's/^range_min_m.*/rate_hz = 1/; s/^range_max_m.*/lines_per_s = 5120/' odd
 refuse "odd.toml:5:*more than 1024 lines a scan*" simulate odd.toml --out odd.mcap
 
 # ---- pictures of a race
+sed 's/^to_s = 3.5/to_s = 1/' "$scenarios/smoke.toml" >smoke.toml
+refuse "smoke.toml:23: *to_s must be above from_s" simulate smoke.toml --out smoke.mcap
+refuse "--picture-at 99.00: is after the race, which lasts 6.00 s" simulate demo --pictures pictures --picture-at 99
 expect "pictures" "$overtake" simulate demo --pictures pictures --picture-at 1.5
 for picture in above front left right; do
   [[ $(head -c 4 pictures/$picture.png | tail -c 3) == PNG ]] || fail "no picture $picture.png"

@@ -117,7 +117,7 @@ bool read_params(Config& config, io::TomlReader& reader) {
       const std::string name = group + "." + key;
       if (std::none_of(all.begin(), all.end(), [&](const auto& info) { return name == info.name; })) continue;
       std::string value;
-      const double number = part.number(key, -HUGE_VAL, HUGE_VAL);
+      const double number = part.any_number(key);
       if (number == std::floor(number) && std::fabs(number) < 1e15)
         value = std::to_string(int64_t(number));
       else

@@ -115,6 +115,7 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
   ovt_map_def map_def;
   if (!config.map.empty()) {
     map = io::read_map(config.map);
+    circuit_ = to_circuit(map, config.map);
     map_def = to_map_def(map);
     file_notes_.insert(file_notes_.end(), map.notes.begin(), map.notes.end());
   }
@@ -146,7 +147,6 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
     throw io::Error("--isa " + config.isa, 0, "unknown, or this CPU lacks it; it has " + std::string(build.isas));
   }
   if (status != OVT_OK) throw io::Error("", 0, *error ? error : ovt_status_text(status));
-  if (!config.map.empty()) circuit_ = to_circuit(map, config.map);
 }
 
 Session::~Session() { ovt_destroy_detector(detector_); }
