@@ -7,6 +7,7 @@
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "${1:?usage: test_cli.sh OVERTAKE WRITE_SCENE}") write_scene=$(realpath "${2:?}")
+readonly scenarios=$(cd "$(dirname "${BASH_SOURCE[0]}")/../tools/sim/scenarios" && pwd)
 cd "$work" || exit 1
 
 # expect NAME COMMAND...: the command must succeed.
@@ -37,7 +38,7 @@ expect "info --help" "$overtake" info --help && grep -q '^ *PCD (.pcd): ' stdout
   fail "the help of info lists no formats"
 expect "params" "$overtake" params && grep -q '^tracker.confirm_hits' stdout || fail "params lists no tracker.confirm_hits"
 expect "scene" "$write_scene" scene 8
-run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --set tracker.confirm_hits=3)
+run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --set tracker.horizon_s=2.5)
 expect "run" "${run[@]}" --out run
 grep -q '^ *scan  *points' stdout || fail "run prints no table"
 has_header run/detections.csv frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,heading_ref_rad,heading_var_rad,sensor_mask,var_x,var_y,cov_xy,view,class,road_z_m,height_m,ego_offset_rad
@@ -59,7 +60,7 @@ grep -qE '^ +[0-9]+:[0-9]+ +map ' stdout || fail "run's table does not name trac
 expect "run of paper" "${run[@]}" --preset paper --out run_paper
 has_header run_paper/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name
 grep -q ',confirmed,7,' run/tracks.csv || fail "no confirmed track at the end of the scene"
-grep -q '^confirm_hits = 3$' run/config.toml || fail "config.toml lacks what --set said"
+grep -q '^horizon_s = 2.5$' run/config.toml || fail "config.toml lacks what --set said"
 
 expect "quiet" "${run[@]}" --quiet --out again && [[ ! -s stdout && ! -s stderr ]] || fail "--quiet prints"
 expect "config" "$overtake" run scene --config run/config.toml --out from_config
@@ -92,10 +93,10 @@ grep -q "'descr': '<f4'.*'shape': (32, 857)" <(head -c 128 images/range.npy | tr
 
 { echo stamp_ns,x_m,y_m; for i in {0..29}; do echo "$((i * 50000000)),$((i * 2)),5"; done; echo 1500000000,,; } >detections.csv
 expect "track" "$overtake" track detections.csv --out track
-grep -q '^note: .* that track does not read' stdout && fail "track does not read a column: $(cat stdout)"
+grep -q '^note: .* not read' stdout && fail "track does not read a column: $(cat stdout)"
 printf 'stamp_ns,x_m,y_m,lenght_m,yaw_rad,heading_rad,class\n0,1,2,4.5,0,0,car\n' >unread.csv
 expect "track with unknown columns" "$overtake" track unread.csv --out track_unread
-[[ $(grep -c '^note: unread.csv has columns that track does not read: lenght_m, yaw_rad, class$' stdout) == 1 ]] ||
+[[ $(grep -c '^note: unread.csv has columns that are not read: lenght_m, yaw_rad, class$' stdout) == 1 ]] ||
   fail "unknown columns are not named once: $(cat stdout)"
 [[ $(awk -F, 'NR > 1 { print $2 }' track/tracks.csv | sort -u | wc -l) == 1 ]] || fail "a straight drive is not one track"
 awk -F, '$4 == 29 && ($7 < 38 || $7 > 42) { exit 1 }' track/tracks.csv || fail "2 m each 50 ms is not about 40 m/s"
@@ -182,6 +183,17 @@ refuse "two_sensors.toml:4: a second table [[][[]sensors]]: only one is read, *"
 refuse "no.toml: no such file" run scene --config no.toml "${av21[@]}"
 refuse "--preset: there is no preset 'worst' (there is: paper, best)" run scene --preset worst "${av21[@]}"
 refuse "preset.toml:1: there is no preset 'worst' (there is: paper, best)" run scene --config preset.toml "${av21[@]}"
+refuse "--set smooth.window=5: has no effect: preset best does not read it (overtake params --preset best tells which it reads)" \
+  run scene --set smooth.window=5 "${av21[@]}"
+refuse "--sweep smooth.window=3:7:2: has no effect: preset best does not read it *" \
+  evaluate scene --preset best --sweep smooth.window=3:7:2 --out out
+printf '[tracker]\nconfirm_hits = nan\n' >nan.toml
+refuse "nan.toml:2: tracker: tracker.confirm_hits is 'nan', it takes a whole number from 1 to 64 hits" \
+  run scene --config nan.toml "${av21[@]}"
+printf 'x_m,y_m,w_tr_right_m,w_tr_left_m\n0,0,0,0\n9,0,0,0\n18,0,0,0\n' >thin.csv
+refuse "thin.csv: a track map is nowhere 1 m wide: *" run scene --map thin.csv --ego scene/ego.csv "${av21[@]}"
+refuse "--allow-origin https://app.example/x: is the origin of no page: scheme://host[[]:port] is needed" \
+  run scene --live 0 --allow-origin https://app.example/x "${av21[@]}"
 refuse "--set tracker.M=3: there is no parameter 'tracker.M' *" run scene --set tracker.M=3 "${av21[@]}"
 refuse "--set tracker.confrm_hits=3: there is no parameter 'tracker.confrm_hits' *; did you mean 'tracker.confirm_hits'[?]" \
   run scene --set tracker.confrm_hits=3 "${av21[@]}"
@@ -223,6 +235,11 @@ printf 'stamp_ns,x_m,y_m,var_x,var_y\n0,1,2,0.1,0.1\n1,1,2,0.1,-0.1\n' >unsure.c
 refuse "unsure.csv:3:11: var_y is negative" track unsure.csv --out out
 sed -i 's/-0.1/0.1/; s/1,2,0.1/1,2,-0.1/' unsure.csv
 refuse "unsure.csv:2:7: var_x is negative" track unsure.csv --out out
+for row in "0.1,,|var_x and var_y are needed together" ",,0.1|cov_xy needs var_x and var_y" \
+  "0,0,|a variance is not between 1e-12 and 1e12 m^2" "0.1,0.1,0.1|cov_xy is too large: its square must be below var_x [*] var_y"; do
+  printf 'stamp_ns,x_m,y_m,var_x,var_y,cov_xy\n0,1,2,0.1,0.2,\n1,1,2,0.1,0.2,-0.1\n2,1,2,%s\n' "${row%|*}" >unsure.csv
+  refuse "unsure.csv:4:*: ${row#*|}" track unsure.csv --out out
+done
 { echo stamp_ns,x_m,y_m; for i in {1..300}; do echo "7,$((i * 10)),5"; done; } >many.csv
 refuse "many.csv: scan 7 has 300 rows, at most 256 are taken (--capacity candidates=512 raises it)" track many.csv --out out
 expect "track of many rows" "$overtake" track many.csv --capacity candidates=512 --out many
@@ -341,6 +358,15 @@ code=$?
 [[ $(wc -l <stderr) == 1 && $(cat stderr) == "overtake: cut_race.mcap: "*"; results are from the part before it" ]] ||
   fail "evaluate of a damaged log: $(cat stderr)"
 [[ -s judged_cut/metrics.json && -s judged_cut/report.html ]] || fail "evaluate of a damaged log: no report"
+log=$'cut\xff.mcap'  # a name that is no text
+cp race.mcap "$log"
+expect "evaluate of a name that is not UTF-8" "$overtake" evaluate "$log" --preset paper --every 9 --frames 2 --quiet --out judged_name
+[[ -s judged_name/metrics.json && -s judged_name/report.html ]] || fail "evaluate of a name that is not UTF-8: no report"
+expect "a run of a name that is not UTF-8" "$overtake" run "$log" --out named --quiet
+expect "its config.toml" "$overtake" run race.mcap --config named/config.toml --out named_again --quiet
+cmp named/tracks.csv named_again/tracks.csv || fail "config.toml of a name that is not UTF-8 gives other results"
+cp scene/map.csv "$log.csv"
+refuse "*/cut?xff.mcap.csv: its path is not UTF-8: config.toml cannot name it" run race.mcap --map "$log.csv" --out out
 expect "compare of evaluations" "$overtake" compare judged judged
 grep -q '^  judged/best ' stdout && grep -q '^  judged/paper .*[+]' stdout || fail "compare of evaluations: $(cat stdout)"
 expect "compare of evaluations --json" "$overtake" compare judged judged --json && cp stdout differences.json
@@ -533,6 +559,20 @@ grep -qxF "note   map: $turned" stdout || fail "doctor does not say that banking
 awk -F, 'BEGIN { OFS = "," } NR > 1 { $5 = $5 * 57.3 } 1' race/map.csv >degrees.csv
 refuse "degrees.csv:2:*: banking_rad is beyond 1 rad (degrees[?])" run race.mcap --map degrees.csv --out out
 
+# ---- columns of an unknown name: named, never half of an attitude
+sed '1s/speed_mps/speed_kmh/' race/ego.csv >other_ego.csv
+sed '1s/banking_rad/banking_deg/' race/map.csv >other_map.csv
+expect "run with other columns" "$overtake" run race.mcap --map other_map.csv --ego other_ego.csv --out other --force
+cp stdout run_notes
+"$overtake" doctor race.mcap --map other_map.csv --ego other_ego.csv >doctor_notes
+for unread in "map: other_map.csv has a column that is not read: banking_deg" \
+  "ego: other_ego.csv has a column that is not read: speed_kmh"; do
+  grep -qxF "note: ${unread#*: }" run_notes || fail "run does not say: $unread, but $(cat run_notes)"
+  grep -qxF "note   $unread" doctor_notes || fail "doctor does not say: $unread, but $(cat doctor_notes)"
+done
+sed '1s/roll_rad/roll_deg/' race/ego.csv >half.csv
+refuse "half.csv: has pitch_rad and no roll_rad*" run race.mcap --ego half.csv --out out
+
 # ---- a map against the driving direction
 { head -n 1 race/map.csv; tail -n +2 race/map.csv | tac; } >against.csv
 against='the ego vehicle drives against this map in \([0-9]*\) of \1 poses: turn its lines round'
@@ -602,6 +642,11 @@ mkdir nan
   printf '%s\n' 'VERSION 0.7' 'FIELDS x y z ring' 'SIZE 4 4 4 4' 'TYPE F F F U' 'COUNT 1 1 1 1' 'WIDTH 3' 'HEIGHT 1' \
     'POINTS 3' 'DATA ascii' '10 0 -0.5 9' 'nan nan nan 0' 'inf 0 0 1'
 } >nan/000000_front.pcd
+mkdir none no_bytes
+for i in 0 1 2; do sed 's/^WIDTH.*/WIDTH 0/; s/^POINTS.*/POINTS 0/; /^DATA/q' nan/000000_front.pcd >none/00000${i}_front.pcd; done
+refuse "none: holds no usable point in 3 scans" run none --rig av21 --out out
+: >no_bytes/000000.bin
+refuse "no_bytes/000000.bin: is empty (0 bytes)" run no_bytes --rig hdl64 --out out
 expect "inspect of points that are not finite" "$overtake" inspect nan --rig av21 --sensor front --out nan_out
 "$overtake" info scene >/dev/full 2>stderr
 code=$?
@@ -612,6 +657,9 @@ sed -i 's/^range_min_m.*/rate_hz = 1/; s/^range_max_m.*/lines_per_s = 5120/' odd
 refuse "odd.toml:5:*more than 1024 lines a scan*" simulate odd.toml --out odd.mcap
 
 # ---- pictures of a race
+sed 's/^to_s = 3.5/to_s = 1/' "$scenarios/smoke.toml" >smoke.toml
+refuse "smoke.toml:23: *to_s must be above from_s" simulate smoke.toml --out smoke.mcap
+refuse "--picture-at 99.00: is after the race, which lasts 6.00 s" simulate demo --pictures pictures --picture-at 99
 expect "pictures" "$overtake" simulate demo --pictures pictures --picture-at 1.5
 for picture in above front left right; do
   [[ $(head -c 4 pictures/$picture.png | tail -c 3) == PNG ]] || fail "no picture $picture.png"

@@ -131,6 +131,17 @@ TEST_CASE("ego file: all columns are read, in any order") {
   CHECK(rows[0].yaw_rate_rps == 0.3);
 }
 
+TEST_CASE("ego file: columns that are not read are named") {
+  const TempFolder folder;
+  std::vector<std::string> notes;
+  io::read_ego_file(folder.write("all.csv", "time(s),x,y,phi,z,roll_rad,pitch_rad,vx,omega\n1,2,3,0,0,0,0,9,0\n"),
+                    &notes);
+  CHECK(notes.empty());
+  const std::string path = folder.write("ego.csv", "stamp_ns,x_m,y_m,yaw_rad,sped_mps,yaw_rate_dps\n1,2,3,0,40,1\n");
+  io::read_ego_file(path, &notes);
+  CHECK(notes == std::vector{path + " has columns that are not read: sped_mps, yaw_rate_dps"});
+}
+
 TEST_CASE("ego file: time may be in seconds, and missing speed and yaw rate follow from the neighbours") {
   const TempFolder folder;
   // A circle of 100 m at 20 m/s: yaw rate 0.2 rad/s, through the wrap at pi.
@@ -158,7 +169,10 @@ TEST_CASE("ego file: each kind of bad file gets its error") {
                       {"x_m,y_m,yaw_rad\n1,2,3\n", ": no column stamp_ns or timestamp_ns"},
                       {"stamp_ns,x_m,y_m,yaw_rad\n5,0,0,0\n5,0,0,0\n", ":3:1: the stamp does not grow"},
                       {"time,x_m,y_m,yaw_rad\n1e18,0,0,0\n", ":2:1: time is not in seconds"},
-                      {"stamp_ns,x_m,y_m,yaw_rad\n5,0,inf,0\n", ":2:5: y_m is not finite"}};
+                      {"stamp_ns,x_m,y_m,yaw_rad\n5,0,inf,0\n", ":2:5: y_m is not finite"},
+                      {"stamp_ns,x_m,y_m,yaw_rad,roll_deg,pitch_rad\n5,0,0,0,0,0\n",
+                       ": has pitch_rad and no roll_rad (there are: stamp_ns, x_m, y_m, yaw_rad, roll_deg, pitch_rad)"},
+                      {"stamp_ns,x_m,y_m,yaw_rad,roll_rad\n5,0,0,0,0\n", ": has roll_rad and no pitch_rad"}};
   for (const Row& row : rows) {
     const std::string path = folder.write("ego.csv", row.text);
     const std::string error = error_of([&] { io::read_ego_file(path); });

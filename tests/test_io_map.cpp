@@ -103,7 +103,7 @@ TEST_CASE("map file: in a race line table normvec and widths give the bounds, fo
           "# a\n# b\n# x_ref_m; y_ref_m; width_right_m; width_left_m; x_normvec_m; y_normvec_m; banking_rad\n" + rows));
       CHECK(map.closed);
       REQUIRE(map.banking_rad.size() == 200);
-      CHECK(map.banking_turned == (turn > 0));  // in a left turn, -0.1 leans outwards
+      CHECK(map.notes.size() == (turn > 0));  // in a left turn, -0.1 leans outwards
       CHECK(map.banking_rad[3] == (turn > 0 ? 0.1 : -0.1));
       const Sides sides = sides_at(map, 17);
       const double outer = outward > 0 ? 105 : 103, inner = outward > 0 ? 97 : 95;
@@ -139,7 +139,7 @@ TEST_CASE("map file: banking of the opposite sign is turned round, as it is kept
     });
     const MapData map = io::read_map(folder.write("map.csv", text));
     CHECK(map.closed != row.open);
-    CHECK(map.banking_turned == row.turned);
+    CHECK(map.notes.size() == row.turned);
     CHECK(map.banking_rad[50] == (row.turned ? -row.odd : row.odd));
     CHECK(map.banking_rad[400] == (row.turned ? -row.banking : row.banking));
   }
@@ -149,7 +149,7 @@ TEST_CASE("map file: a chicane whose turns lean outwards as much as inwards is k
   const TempFolder folder;
   std::string text = "x_m,y_m,w_tr_right_m,w_tr_left_m,banking_rad\n";
   for (int32_t i = 0; i <= 100; ++i) text += line_of({5.0 * i, 40 * std::sin(2 * kPi * i / 100), 5, 5, -0.3});
-  CHECK_FALSE(io::read_map(folder.write("map.csv", text)).banking_turned);
+  CHECK(io::read_map(folder.write("map.csv", text)).notes.empty());
 }
 
 TEST_CASE("map file: with two bounds in any order and direction, left is left of the first file's points") {
@@ -174,6 +174,16 @@ TEST_CASE("map file: with two bounds in any order and direction, left is left of
         for (const auto& [x, y] : {std::pair(&map.left_x_m, &map.left_y_m), std::pair(&map.right_x_m, &map.right_y_m)})
           CHECK((((*x)[0] * (*y)[1] - (*x)[1] * (*y)[0]) > 0) == (turn_first > 0));  // both run like the first file
       }
+}
+
+TEST_CASE("map file: columns that no reader knows are named, in each of two bounds") {
+  const TempFolder folder;
+  const std::string line =
+      folder.write("map.csv", "x_m,y_m,w_tr_right_m,w_tr_left_m,banking_deg\n0,0,5,5,8.5\n9,0,5,5,8.5\n18,0,5,5,8.5\n");
+  CHECK(io::read_map(line).notes == std::vector{line + " has a column that is not read: banking_deg"});
+  const std::string left = folder.write("a.csv", "x_m,y_m,z_m,s_m\n0,5,0,0\n9,5,0,9\n18,5,0,18\n");
+  const std::string right = folder.write("b.csv", "x_m,y_m\n0,0\n9,0\n18,0\n");
+  CHECK(io::read_map(left + "," + right).notes == std::vector{left + " has columns that are not read: z_m, s_m"});
 }
 
 TEST_CASE("map file: a line whose ends do not meet is open") {
@@ -221,7 +231,9 @@ TEST_CASE("map file: both recorded tables of one speedway give the same bounds, 
   for (const MapData* map : {&table, &plain}) {
     CHECK(map->closed);
     CHECK(map->banking_rad.size() == map->x_m.size());
-    CHECK(map->banking_turned);
+    CHECK(map->notes[0].ends_with(
+        ": its banking has the opposite sign (positive: the right side is higher): it is turned "
+        "round"));
     CHECK(*std::min_element(map->banking_rad.begin(), map->banking_rad.end()) > 0.09);
     double area = 0;  // positive: counter-clockwise, so the infield is on the left
     for (std::size_t i = 0; i < map->x_m.size(); ++i) {

@@ -110,7 +110,7 @@ TEST_CASE("rig: each kind of bad file gets its error with the line") {
       {"period_s = \n", "f:1:"},
       {"period_s = 0.05\nperiod_s = 1\n", "f:2:"},
       {replaced("period_s = 0.05", "period = 0.05"), "f:1: 'period_s' is missing"},
-      {replaced("period_s = 0.05", "period_s = 0"), "f:1: 'period_s' is 0.0, its limits are 1e-04 to 100.0"},
+      {replaced("period_s = 0.05", "period_s = 0"), "f:1: 'period_s' is 0.0, its limits are 0.001 to 10.0"},
       {replaced("period_s = 0.05", "period_s = nan"), "f:1: 'period_s' is nan, its limits are"},
       {replaced("period_s = 0.05", "period_s = \"fast\""), "f:1: 'period_s' is not a number"},
       {"colour = 1\n" + kGood, "f:1: unknown key 'colour'"},

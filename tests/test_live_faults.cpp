@@ -142,8 +142,12 @@ TEST_CASE("live: requests that make no sense") {
   for (const std::string& request : std::vector<std::string>{
            "", "junk", "[]", "{}", "null", R"({"op":5})", R"({"op":"subscribe"})",
            R"({"op":"subscribe","subscriptions":[{}]})", R"({"op":"subscribe","subscriptions":{"id":1}})",
-           R"({"op":"unsubscribe","subscriptionIds":["x"]})", subscribe({{1, 77}}), subscribe({{1, 0}}),
-           std::string(60000, '[')}) {
+           R"({"op":"unsubscribe","subscriptionIds":["x"]})", R"({"op":"unsubscribe","subscriptionIds":[4294967301]})",
+           R"({"op":"subscribe","subscriptions":[{"id":4294967297,"channelId":1}]})",
+           R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":1}]})",
+           R"({"op":"subscribe","subscriptions":[{"id":1.5,"channelId":1}]})",
+           R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":4294967297}]})", subscribe({{1, 77}}),
+           subscribe({{1, 0}}), std::string(60000, '[')}) {
     REQUIRE(peer.send(request));
     CHECK(next_op(peer, "status").at("level") == 2);
   }

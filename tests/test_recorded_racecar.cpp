@@ -96,7 +96,6 @@ void run_racecar(Run& run, int32_t workers) {
   options.command = "run";
   options.input = recorded("racecar");
   options.rig = "av21";
-  options.set = {"tracker.confirm_hits=3"};
   options.workers = workers;
   const cli::Config config = cli::load_config(options);
   cli::Session session(config, &Run::on_frame, &run);

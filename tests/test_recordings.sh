@@ -118,6 +118,22 @@ for file in ring.db3 faults/empty_sensor.db3; do
 done >frames.txt
 [[ $(xargs <frames.txt) == "8 0 8 0" ]] || fail "frames, and frames without a sensor, of a recording and of one with empty clouds: $(xargs <frames.txt)"
 
+# ---- a recording without a scan, or with scans in another format
+cp ring.db3 no_scan.db3
+cp ring.db3 json.db3
+python3 - <<'END' || fail "no recordings without scans"
+import sqlite3
+for file, change in (('no_scan.db3', 'DELETE FROM messages'), ('json.db3', "UPDATE topics SET serialization_format = 'json'")):
+    with sqlite3.connect(file) as bag:
+        bag.execute(change)
+END
+for told in "no_scan.db3: holds no scan" \
+  "json.db3: no topic of .*; clouds in it: /vehicle_3/luminar_front_points (sensor_msgs/msg/PointCloud2, serialization format json, cdr is needed), .*"; do
+  "$overtake" run "${told%%:*}" --rig racecar --out "${told%%.*}" >stdout.txt 2>stderr.txt
+  code=$?
+  ((code == 1)) && grep -qx "overtake: $told" stderr.txt && [[ ! -e ${told%%.*} ]] || fail "${told%%:*}: exit code $code, $(cat stderr.txt)"
+done
+
 # ---- damage: the part before the damage is used, and the exit code reports the damage
 head -c $(($(stat -c %s ring.db3) * 2 / 3)) ring.db3 >cut.db3
 "$overtake" run cut.db3 --rig racecar --out cut >stdout.txt 2>stderr.txt

@@ -219,6 +219,19 @@ TEST_CASE("serve: an allowed origin, and only that one, may read") {
   CHECK(HttpClient(server.port()).get("/log/0").headers.count("access-control-allow-origin") == 0);
 }
 
+TEST_CASE("serve: an origin that no page has is refused at the start") {
+  for (const char* good :
+       {"https://app.example", "http://localhost:8080", "http://[::1]:80", "app://page", "null", "file://"})
+    CHECK_MESSAGE(serve::can_be_origin(good), good);
+  for (const char* bad :
+       {"", "app.example", "https://", "://app.example", "https://app.example/", "https://App.example",
+        "https://app.example/x", "https://*.example", "https://a b", "https://me@app.example"})
+    CHECK_MESSAGE(!serve::can_be_origin(bad), bad);
+  const serve::ViewServerOptions options{"127.0.0.1", 0, {}, "", {"https://app.example/"}, nullptr};
+  CHECK(error_of([&] { serve::ViewServer server(options); }) ==
+        "--allow-origin https://app.example/: is the origin of no page: scheme://host[:port] is needed");
+}
+
 TEST_CASE("serve: a log has a number, no path reaches another file") {
   const OneLog one;
   one.folder.write("secret.txt", "secret");

@@ -163,6 +163,11 @@ def test_fields_are_checked(detector):
         detector.push_scan(matrix(), 0, fields=("x", "y", "z", "intensity", "rang"))
     with pytest.raises(ValueError, match="fields has no layer"):
         detector.push_scan(matrix()[:, :3], 0, fields=("x", "y", "z"))
+    with pytest.raises(ValueError, match="fields has two columns layer"):
+        detector.push_scan(matrix(), 0, fields=("x", "y", "z", "ring", "layer"))
+    two = [("x", "f4"), ("y", "f4"), ("z", "f4"), ("ring", "u2"), ("line", "u2")]
+    with pytest.raises(ValueError, match="points has two columns layer"):
+        detector.push_scan(records(numpy.dtype(two)), 0)
 
 
 def test_sensors_by_name_and_index(detector):
@@ -235,6 +240,12 @@ def test_detections_of_another_detector():
             detector.push_detections(10 * 50_000_000, [1, 2], [1])
         with pytest.raises(TypeError, match="score is dtype of kind 'U'; numbers are needed"):
             detector.push_detections(10 * 50_000_000, [1], [1], score=numpy.array(["a"]))
+        for var_x, var_y, cov_xy, sentence in (
+                (-1, -1, 0, "a variance is not between"), (0.1, float("nan"), 0, "var_x and var_y are needed together"),
+                (float("nan"), float("nan"), 0, "cov_xy needs var_x and var_y"), (0.1, 0.1, 500, "cov_xy is too large")):
+            with pytest.raises(ValueError, match=f"row 1: {sentence}"):
+                detector.push_detections(10 * 50_000_000, [1, 2], [1, 2], var_x=[0.1, var_x], var_y=[0.1, var_y],
+                                         cov_xy=[0, cov_xy])
         with pytest.raises(ValueError, match="reference is 'car'"):
             detector.push_detections(10 * 50_000_000, [1], [1], reference="car")
         with pytest.raises(overtake.TooManyError):
@@ -242,6 +253,10 @@ def test_detections_of_another_detector():
 
 
 def test_wrong_definitions_raise_a_sentence():
+    with pytest.raises(ValueError, match="two sensors are named 'front'"):
+        overtake.Detector([a_sensor(), a_sensor()])
+    with pytest.raises(ValueError, match="smooth.window has no effect: preset best does not read it"):
+        overtake.Detector(a_sensor(), params={"smooth.window": 5})
     with pytest.raises(overtake.ArgumentError, match="rows"):
         overtake.Detector(a_sensor(rows=-1))
     with pytest.raises(TypeError, match="rows is 'many'; a whole number is needed"):

@@ -321,15 +321,49 @@ def test_wrong_recordings(tmp_path):
             overtake.run(tmp_path, rig="av21", path_horizon_s=wrong)
     with pytest.raises(TypeError, match="workers is 'two'; a whole number is needed"):
         overtake.run(tmp_path, rig="av21", workers="two")
+    with pytest.raises(ValueError, match="workers is -3; 0 or more is needed"):
+        overtake.run(tmp_path, rig="av21", workers=-3)
+    with pytest.raises(ValueError, match="workers is -1; 0 or more is needed"):
+        overtake.simulate("demo", workers=-1)
+    rig = overtake.load_rig("av21")
+    rig.sensors[0].z_m += 0.1
+    with pytest.raises(ValueError, match="rig was changed after load_rig: a recording reads av21 again"):
+        overtake.open(tmp_path, rig)
+    for track in (overtake.Map(), {"x_m": [0, 1]}, 3):
+        with pytest.raises(TypeError, match=f"map is a {type(track).__name__}; a path is needed"):
+            overtake.run(tmp_path, rig="av21", map=track)
+    with pytest.raises(ValueError, match="no path holds a zero byte"):
+        overtake.run(os.fspath(tmp_path) + "\0", rig="av21")
+
+
+def test_a_recording_without_a_usable_point(tmp_path):
+    columns = {name: numpy.full(3, numpy.nan, "f4") for name in ("x", "y", "z", "ring")}
+    write_pcd(tmp_path / "000000_front.pcd", columns)
+    with pytest.raises(overtake.FileError, match="holds no usable point in 1 scan"):
+        list(overtake.run(tmp_path, rig="av21"))
+
+
+def test_paths_may_be_any_bytes(tmp_path):
+    folder = os.fsencode(tmp_path) + b"/race\xff"
+    made = overtake.simulate("demo", seconds=0.1, out=folder)
+    assert made.path == os.fsdecode(folder) and os.path.isdir(folder)
+    for path in (folder, os.fsdecode(folder), pathlib.Path(os.fsdecode(folder)), made):
+        recording = overtake.open(path)
+        assert len(list(recording)) == 6 and recording.path == made.path
+        assert next(iter(recording)).path.startswith(made.path)
+        assert len(list(overtake.run(path))) == 2
+    with pytest.raises(overtake.FileError, match="race.*/missing: no such folder"):
+        overtake.open(folder + b"/missing", rig="av21")
+    assert len(overtake.load_map(folder + b"/map.csv").x_m) > 100
 
 
 def test_numpy_scalars_are_numbers(race):
-    values = {"tracker.confirm_hits": (4, numpy.int64(4), numpy.uint8(4), numpy.float32(4), numpy.array(4)),
+    values = {"lane_tracker.confirm_hits": (4, numpy.int64(4), numpy.uint8(4), numpy.float32(4), numpy.array(4)),
               "gate.min_points": (7, numpy.int16(7)),
-              "ground.threshold_deg": (12.5, numpy.float32(12.5), numpy.float64(12.5))}
+              "cluster.threshold_deg": (2.5, numpy.float32(2.5), numpy.float64(2.5))}
     plain = {name: kinds[0] for name, kinds in values.items()}
     config = overtake.run(race, params=plain).config
-    assert "confirm_hits = 4" in config and "threshold_deg = 12.5" in config
+    assert "confirm_hits = 4" in config and "threshold_deg = 2.5" in config
     for name in plain:
         for value in values[name]:
             assert overtake.run(race, params={**plain, name: value}).config == config, (name, value)
@@ -383,6 +417,12 @@ def test_banking_of_the_opposite_sign_is_turned_round(race, tmp_path):
     with pytest.warns(UserWarning, match="minus.csv: its banking has the opposite sign"):
         for _ in overtake.run(race, map=path):
             pass
+
+
+def test_columns_that_are_not_read_are_named(race, tmp_path):
+    (tmp_path / "ego.csv").write_text("stamp_ns,x_m,y_m,yaw_rad,sped_mps\n0,0,0,0,9\n1000000000,9,0,0,9\n")
+    with pytest.warns(UserWarning, match="ego.csv has a column that is not read: sped_mps"):
+        overtake.open(race, ego=tmp_path / "ego.csv")
 
 
 def test_rigs_and_maps(race, tmp_path):

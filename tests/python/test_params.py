@@ -82,9 +82,9 @@ except overtake.OutOfRangeError as error:
 for name, value in overtake.Params("best").to_dict().items():
     params[name] = value
 assert params.to_dict() == overtake.Params("best").to_dict()
-overtake.Detector(overtake.Sensor(), params={"ground.threshold_deg": 12.5}).close()
+overtake.Detector(overtake.Sensor(), "paper", params={"ground.threshold_deg": 12.5}).close()
 if overtake._overtake.has_files:
-    run = overtake.run(overtake.simulate("demo", seconds=0.2), params={"ground.threshold_deg": 12.5})
+    run = overtake.run(overtake.simulate("demo", seconds=0.2), preset="paper", params={"ground.threshold_deg": 12.5})
     frames = list(run)
     print(run.config, run.hash)
 """

@@ -164,9 +164,16 @@ int examine(const DoctorOptions& options) {
   bool fit = true;  // the recording may hold scans of the rig's sensors
   if (const std::string partial = io::why_partial(config.input); !partial.empty())
     findings.push_back({true, "recording", "this log is partial: " + partial, "make it again, or use what is there"});
-  if (!config.map.empty()) doctor.set_map(io::read_map(config.map), config.map, config.params);
-  if (!config.ego.empty())
-    for (const io::EgoRow& row : io::read_ego_file(config.ego)) doctor.add_ego(row);
+  if (!config.map.empty()) {
+    const io::MapData map = io::read_map(config.map);
+    for (const std::string& note : map.notes) findings.push_back({false, "map", note, ""});
+    doctor.set_map(map, config.map, config.params);
+  }
+  if (!config.ego.empty()) {
+    std::vector<std::string> notes;
+    for (const io::EgoRow& row : io::read_ego_file(config.ego, &notes)) doctor.add_ego(row);
+    for (const std::string& note : notes) findings.push_back({false, "ego", note, ""});
+  }
   if (io::is_bag(config.input))
     examine_bag(config, doctor, findings);
   else if ((fit = check_names(config, findings)))

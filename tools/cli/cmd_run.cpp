@@ -51,6 +51,7 @@ void print_notes(const CountSink& counts, const Session& session) {
     const char* text;
   } kNotes[] = {{OVT_FLAG_NO_EGO, "no ego poses: tracks are in the vehicle frame"},
                 {OVT_FLAG_NO_MAP, "no map: no map gate, the reference heading is the ego vehicle's"},
+                {OVT_FLAG_NO_DATA, "no scan of a frame has a usable point: this is not 'all clear'"},
                 {OVT_FLAG_SENSOR_MISSING, "a sensor is missing"},
                 {OVT_FLAG_EGO_STALE, "no recent ego pose"},
                 {OVT_FLAG_CLOUD_DEGRADED, "a scan has more bad points than good ones"},
@@ -67,7 +68,7 @@ void print_notes(const CountSink& counts, const Session& session) {
       std::printf("note: %s\n", note.text);
   }
   for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", printable(sentence).c_str());
-  if (!session.map_note().empty()) std::printf("note: %s\n", printable(session.map_note()).c_str());
+  for (const std::string& note : session.file_notes()) std::printf("note: %s\n", printable(note).c_str());
   if (const std::string bad = session.bad_poses(); !bad.empty()) std::printf("note: %s\n", bad.c_str());
   if (stats.pushed != stats.used)
     std::printf("note: of %s %lld %s not used (late %lld, repeated stamp %lld, dropped %lld)\n",
@@ -234,7 +235,10 @@ struct Sinks {
   CountSink counts;
 };
 
-void check_effects(const RunOptions& options, const Config& config, const Session& session, const Sinks& sinks) {
+void check_effects(const RunOptions& options, const Config& config, const io::ScanStream& stream,
+                   const Session& session, const Sinks& sinks) {
+  if (sinks.counts.frames_with(OVT_FLAG_NO_DATA) == sinks.counts.frames())
+    throw io::Error(config.input, 0, session.why_no_data(stream.damage()));
   check_ego_has_effect(config, session, sinks.counts);
   if (sinks.picture && !sinks.picture->drew())
     throw io::Error("--picture-at " + std::to_string(options.picture_at), 0,
@@ -333,7 +337,7 @@ int run(const RunOptions& options) {
   frames.finish();
   if (!interrupted()) {
     guard.keep(false);  // an option without effect: the results are not what the user asked for
-    check_effects(options, config, session, sinks);
+    check_effects(options, config, *stream, session, sinks);
     guard.remove_leftovers(options.out, PictureSink::kNameBegin, ".png");  // of another run's --picture-at
     guard.commit();
   } else {

@@ -60,6 +60,9 @@ int simulate(const SimulateOptions& options) {
   }
   if (!options.pictures.empty()) {
     const double at = options.picture_at >= 0 ? options.picture_at : simulator->seconds() / 2;
+    if (at > simulator->seconds())
+      throw io::Error("--picture-at " + fixed(at, 2), 0,
+                      "is after the race, which lasts " + fixed(simulator->seconds(), 2) + " s");
     guard.add_folder(options.pictures);
     write_race_pictures(options.pictures, *simulator, at);
     guard.commit();

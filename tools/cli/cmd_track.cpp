@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // overtake track: runs the tracker alone on detections in the map frame; writes tracks.csv and config.toml.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "tools/cli/command.h"
 #include "tools/cli/command_options.h"
 #include "tools/client/console.h"
+#include "tools/client/covariance.h"
 #include "tools/client/result_files.h"
 #include "tools/client/session.h"
 #include "tools/io/csv.h"
@@ -27,9 +29,9 @@ struct Scan {
   std::vector<double> x_m, y_m, heading_rad, var_x, var_y, cov_xy, length_m, width_m, height_m, score;
 };
 
-// Rows with the same stamp form one scan; a row with neither x nor y is an empty scan. `unread`: the names of the
-// other columns.
-std::vector<Scan> read_scans(const std::string& path, std::vector<std::string>& unread) {
+// Rows with the same stamp form one scan; a row with neither x nor y is an empty scan. Adds to `notes` a sentence about
+// columns that it does not read.
+std::vector<Scan> read_scans(const std::string& path, std::vector<std::string>& notes) {
   const io::Csv csv = io::Csv::read(path);
   const int32_t stamp = csv.need({"stamp_ns", "timestamp_ns"}), x = csv.need({"x_m", "x"}), y = csv.need({"y_m", "y"});
   if (csv.find({"heading_source"}) >= 0)
@@ -41,10 +43,7 @@ std::vector<Scan> read_scans(const std::string& path, std::vector<std::string>& 
   const int32_t var_x = csv.find({"var_x"}), var_y = csv.find({"var_y"}), cov_xy = csv.find({"cov_xy"});
   const int32_t length = csv.find({"length_m"}), width = csv.find({"width_m"}), height = csv.find({"height_m"});
   const int32_t score = csv.find({"score"});
-  unread = csv.names();
-  for (const int32_t read : {stamp, x, y, heading, var_x, var_y, cov_xy, length, width, height, score})
-    if (read >= 0) unread[std::size_t(read)].clear();
-  std::erase(unread, "");
+  csv.note_unread({stamp, x, y, heading, var_x, var_y, cov_xy, length, width, height, score}, notes);
   const auto optional = [&](std::size_t row, int32_t column) {
     return column < 0 || csv.text(row, column).empty() ? std::nan("") : csv.number(row, column);
   };
@@ -74,6 +73,8 @@ std::vector<Scan> read_scans(const std::string& path, std::vector<std::string>& 
     scan.var_x.push_back(variance(i, var_x, "var_x"));
     scan.var_y.push_back(variance(i, var_y, "var_y"));
     scan.cov_xy.push_back(optional(i, cov_xy));
+    if (const char* fault = find_covariance_fault(scan.var_x.back(), scan.var_y.back(), scan.cov_xy.back()))
+      csv.fail(i, std::max({var_x, var_y, cov_xy}), fault);
     scan.length_m.push_back(size(i, length, "length_m"));
     scan.width_m.push_back(size(i, width, "width_m"));
     scan.height_m.push_back(size(i, height, "height_m"));
@@ -168,8 +169,8 @@ int track(const Options& options) {
   config.has_rig = false;  // no LiDAR: only the library's tracker runs
   config.rig = io::Rig();
   config.workers = 1;  // scans are tracked one after the other: more workers would be idle
-  std::vector<std::string> unread;
-  const auto scans = read_scans(config.input, unread);
+  std::vector<std::string> notes;
+  const auto scans = read_scans(config.input, notes);
   check_row_counts(config.input, scans, effective_capacities(config).candidates);
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
@@ -221,16 +222,15 @@ int track(const Options& options) {
     std::printf("%s, %s, %zu of them confirmed. Written to %s: tracks.csv config.toml\n",
                 io::counted(int64_t(done), "scan").c_str(), io::counted(int64_t(seen.size()), "track").c_str(),
                 confirmed.size(), options.out.c_str());
-  if (!options.quiet && !unread.empty())
-    std::printf("note: %s has %s that track does not read: %s\n", printable(config.input).c_str(),
-                unread.size() == 1 ? "a column" : "columns", printable(io::join(unread, ", ")).c_str());
   int64_t rows = 0;
   for (std::size_t i = 0; i < done; ++i) rows += int64_t(scans[i].x_m.size());
   if (!options.quiet) print_losses(session.stats(), rows);
   if (!options.quiet && held > 0)
     std::printf("note: %s after a gap of more than a second: no rows in tracks.csv until the next ones confirmed it\n",
                 io::counted(held, "scan").c_str());
-  if (!options.quiet && !session.map_note().empty()) std::printf("note: %s\n", printable(session.map_note()).c_str());
+  notes.insert(notes.end(), session.file_notes().begin(), session.file_notes().end());
+  if (!options.quiet)
+    for (const std::string& note : notes) std::printf("note: %s\n", printable(note).c_str());
   if (!options.quiet)
     for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (interrupted())

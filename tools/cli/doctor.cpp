@@ -397,12 +397,10 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
 void Doctor::set_map(const io::MapData& map, const std::string& file, const ovt_params& params) {
   map_ = to_circuit(map, file);
   map_file_ = file;
-  banking_turned_ = map.banking_turned;
   map_margin_m_ = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
 }
 
 void Doctor::judge_place(std::vector<Finding>& out) const {
-  if (banking_turned_) out.push_back({false, "map", map_file_ + ": " + io::kBankingTurned, ""});
   if (map_.empty() || ego_.empty()) return;
   int64_t off = 0;
   double farthest_m = 0;

@@ -86,7 +86,6 @@ class Doctor {
   std::vector<io::EgoRow> ego_;
   CircuitMap map_;
   std::string map_file_;
-  bool banking_turned_ = false;
   double map_margin_m_ = 0;
 };
 

@@ -8,6 +8,7 @@
 #include "pipeline/overtake.h"
 #include "tools/client/config.h"
 #include "tools/client/result_files.h"
+#include "tools/io/json_text.h"
 #include "tools/io/text.h"
 
 namespace overtake::cli {
@@ -15,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string dump(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string dump(const Json& json) { return io::dump_json(json, 1) + "\n"; }
 
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 

@@ -9,6 +9,7 @@
 
 #include "tools/client/session.h"
 #include "tools/io/error.h"
+#include "tools/io/json_text.h"
 #include "tools/io/output.h"
 #include "tools/io/text.h"
 
@@ -26,9 +27,7 @@ constexpr int32_t kOrder[] = {OVT_STAGE_LOAD,  OVT_STAGE_SEGMENT, OVT_STAGE_PROJ
 static_assert(sizeof kOrder / sizeof *kOrder == OVT_STAGE_COUNT);
 
 // Names come from files: replaces bytes that are not UTF-8.
-std::string quoted(const std::string& text) {
-  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string quoted(const std::string& text) { return io::dump_json(nlohmann::json(text)); }
 
 }  // namespace
 

@@ -60,6 +60,16 @@ void init_params(Config& config, const std::string& file, int64_t line) {
   throw Error(file, line, "there is no preset '" + config.preset + "' (there is: " + io::join(names, ", ") + ")");
 }
 
+// Whether TOML can hold the text: its strings are UTF-8, a path may be any bytes.
+bool fits_toml(const std::string& text) {
+  try {
+    io::parse_toml("", "text = " + io::toml_string(text));
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 // Applies `change` to each path of "FILE" or "FILE1,FILE2".
 template <class F>
 std::string each_path(const std::string& text, F&& change) {
@@ -107,7 +117,7 @@ bool read_params(Config& config, io::TomlReader& reader) {
       const std::string name = group + "." + key;
       if (std::none_of(all.begin(), all.end(), [&](const auto& info) { return name == info.name; })) continue;
       std::string value;
-      const double number = part.number(key, -HUGE_VAL, HUGE_VAL);
+      const double number = part.any_number(key);
       if (number == std::floor(number) && std::fabs(number) < 1e15)
         value = std::to_string(int64_t(number));
       else
@@ -217,6 +227,13 @@ std::string say_partial(const std::string& input) {
 
 }  // namespace
 
+bool reads_param(const ovt_params& params, std::string_view name) {
+  const auto all = describe_params();
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (name == all[i].name) return ovt_reads_param(&params, int32_t(i)) != 0;
+  return false;
+}
+
 Config load_config(const Options& options) {
   Config config;
   config.command = options.command;
@@ -257,6 +274,10 @@ Config load_config(const Options& options) {
     const std::string value(io::trim(std::string_view(pair).substr(equals + 1)));
     const std::string wrong = set_param(config.params, key, value);
     if (!wrong.empty()) throw Error("--set " + pair, 0, wrong);
+    if (!reads_param(config.params, key))
+      throw Error("--set " + pair, 0,
+                  "has no effect: preset " + config.preset + " does not read it (overtake params --preset " +
+                      config.preset + " tells which it reads)");
   }
   return config;
 }
@@ -293,13 +314,19 @@ std::string format_config(const Config& config) {
   std::string text = "# What this result was made with, by overtake " + std::string(build.version_text) + " (commit " +
                      build.commit + ", " + build.compiler + "). Can be given to --config.\n";
   const auto line = [&](const char* key, const std::string& value) {
-    if (!value.empty()) text += std::string(key) + " = " + io::toml_string(value) + '\n';
+    if (value.empty()) return;
+    if (!fits_toml(value)) throw Error(value, 0, "its path is not UTF-8: config.toml cannot name it");
+    text += std::string(key) + " = " + io::toml_string(value) + '\n';
   };
   line("command", config.command);
-  line("input", absolute_paths(config.input));
+  if (const std::string input = absolute_paths(config.input); fits_toml(input))  // the reader ignores it
+    line("input", input);
   line("preset", config.preset);
-  line("map", config.map.empty() ? "none" : absolute_paths(config.map));  // else a log's own would be taken next time
-  line("ego", config.no_ego ? "none" : absolute_paths(config.ego));
+  // Of an input whose name does not fit, the next run takes map and ego poses from its own input.
+  if (const std::string map = absolute_paths(config.map); !config.own_map || fits_toml(map))
+    line("map", map.empty() ? "none" : map);  // else a log's own would be taken next time
+  if (const std::string ego = absolute_paths(config.ego); !config.own_ego || fits_toml(ego))
+    line("ego", config.no_ego ? "none" : ego);
   line("isa", config.isa);
   text += "workers = " + std::to_string(config.workers) + '\n';
   text += io::format_capacities(effective_capacities(config));

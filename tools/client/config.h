@@ -18,6 +18,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/overtake.h"
@@ -50,10 +51,14 @@ struct Config {
   io::Capacities capacities;  // a missing one comes from the rig, else from the library's default
 };
 
+// Whether the preset of `params` reads the parameter; false also if there is none of that name.
+bool reads_param(const ovt_params& params, std::string_view name);
+
 // Uses the rig's period as frame.period_s unless that is set. Throws io::Error.
 Config load_config(const Options& options);
 // Like load_config, for a command that reads scans: also throws if there is no rig.
 Config load_config_with_rig(const Options& options);
+// Throws io::Error where the path of the map or of the ego poses is not UTF-8, which TOML cannot hold.
 std::string format_config(const Config& config);
 // Adds the files that the command reads to the guard, so that no output overwrites them.
 void add_inputs(io::OutputGuard& guard, const Options& options, const Config& config);

@@ -110,13 +110,14 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
       in_pieces_(config.in_pieces),
       map_margin_m_(std::max(config.params.gate_ego_margin_m, config.params.gate_map_margin_m)),
       rig_(config.rig) {
-  if (!config.ego.empty()) ego_ = io::read_ego_file(config.ego);
+  if (!config.ego.empty()) ego_ = io::read_ego_file(config.ego, &file_notes_);
   io::MapData map;
   ovt_map_def map_def;
   if (!config.map.empty()) {
     map = io::read_map(config.map);
+    circuit_ = to_circuit(map, config.map);
     map_def = to_map_def(map);
-    if (map.banking_turned) map_note_ = config.map + ": " + io::kBankingTurned;
+    file_notes_.insert(file_notes_.end(), map.notes.begin(), map.notes.end());
   }
   std::vector<ovt_sensor_def> sensors;
   for (const io::RigSensor& sensor : rig_.sensors) sensors.push_back(to_sensor_def(sensor));
@@ -146,7 +147,6 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
     throw io::Error("--isa " + config.isa, 0, "unknown, or this CPU lacks it; it has " + std::string(build.isas));
   }
   if (status != OVT_OK) throw io::Error("", 0, *error ? error : ovt_status_text(status));
-  if (!config.map.empty()) circuit_ = to_circuit(map, config.map);
 }
 
 Session::~Session() { ovt_destroy_detector(detector_); }
@@ -162,6 +162,12 @@ void Session::push_ego_until(int64_t stamp_ns) {
     if (pushed != OVT_DUPLICATE && pushed != OVT_LATE && pushed != OVT_BAD_ARGUMENT)
       check(pushed, "ego pose " + std::to_string(row.stamp_ns));
   }
+}
+
+std::string Session::why_no_data(const std::string& damage) const {
+  const int64_t scans = stats().pushed;
+  return (scans == 0 ? "holds no scan" : "holds no usable point in " + io::counted(scans, "scan")) +
+         (damage.empty() ? "" : "; " + damage);
 }
 
 std::string Session::bad_poses() const {

@@ -42,10 +42,12 @@ class Session {
   int64_t ego_last_ns() const { return ego_.empty() ? 0 : ego_.back().stamp_ns; }
   // Pushes the ego poses up to the first one at or after the stamp.
   void push_ego_until(int64_t stamp_ns);
-  // A sentence about the map of the config that its reader changed; "": it is as in the file.
-  const std::string& map_note() const { return map_note_; }
+  // Sentences about what the readers of the config's map and ego poses left out or changed.
+  const std::vector<std::string>& file_notes() const { return file_notes_; }
   const MapDirection& direction() const { return direction_; }  // of the poses pushed so far
   std::string bad_poses() const;  // a sentence about poses that the library cannot use; "" if there are none
+  // A sentence about a recording of which no frame has a usable point. `damage`: why reading ended early, or "".
+  std::string why_no_data(const std::string& damage) const;
   // Pushes the poses that the frame's points need, then its scans. A scan that the library reports as late or as a
   // duplicate is not an error: the library counts it.
   void push(const io::FrameScans& frame);
@@ -76,7 +78,7 @@ class Session {
   std::vector<io::EgoRow> ego_;
   std::size_t next_ego_ = 0;
   int64_t bad_poses_ = 0, first_bad_pose_ns_ = 0;
-  std::string map_note_;
+  std::vector<std::string> file_notes_;
   CircuitMap circuit_;
   MapDirection direction_;
   double map_margin_m_;

@@ -12,6 +12,7 @@
 #include "tools/evaluation/evaluator.h"
 #include "tools/evaluation/figures_parts.h"
 #include "tools/evaluation/numbers.h"
+#include "tools/io/json_text.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
@@ -315,8 +316,6 @@ nlohmann::json json_of(const Differences& d) {
   return j;
 }
 
-std::string json_text(const Differences& d) {
-  return json_of(d).dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string json_text(const Differences& d) { return io::dump_json(json_of(d), 1); }
 
 }  // namespace overtake::evaluation

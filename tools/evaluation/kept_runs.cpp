@@ -10,6 +10,7 @@
 
 #include "core/hash.h"
 #include "tools/io/error.h"
+#include "tools/io/json_text.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
@@ -43,7 +44,7 @@ About read_about(const std::string& folder) {
 }
 
 void write_about(const std::string& folder, const About& about) {
-  io::write_whole_file(folder + "/about.json", nlohmann::json(about).dump(1) + "\n");
+  io::write_whole_file(folder + "/about.json", io::dump_json(nlohmann::json(about), 1) + "\n");
 }
 
 About portable(About about) {

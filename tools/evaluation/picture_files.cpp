@@ -6,6 +6,7 @@
 #include "tools/client/console.h"
 #include "tools/evaluation/snapshot_picker.h"
 #include "tools/io/error.h"
+#include "tools/io/json_text.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
@@ -27,7 +28,7 @@ void write_pictures(const std::string& run_folder, const std::vector<NamedPictur
     for (const int64_t stamp_ns : p.stamps_ns) list.back()["stamps_ns"].push_back(std::to_string(stamp_ns));
   }
   for (const NamedPicture& p : pictures) io::write_whole_file(folder_of(run_folder) + "/" + p.name + ".svg", p.svg);
-  io::write_whole_file(folder_of(run_folder) + "/pictures.json", list.dump(1) + "\n");
+  io::write_whole_file(folder_of(run_folder) + "/pictures.json", io::dump_json(list, 1) + "\n");
 }
 
 std::map<std::string, NamedPicture> best_pictures(const std::vector<std::string>& run_folders) {

@@ -20,6 +20,7 @@
 #include "tools/io/box_file.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
+#include "tools/io/json_text.h"
 #include "tools/io/kitti_tracking.h"
 #include "tools/io/text.h"
 
@@ -484,13 +485,13 @@ nlohmann::json evaluate_recordings(const std::string& folder, const std::vector<
       json["others"].push_back(std::move(of_this));
   }
   cli::make_folder(out);
-  io::write_whole_file(out + "/recordings.json", json.dump(1) + "\n");
+  io::write_whole_file(out + "/recordings.json", io::dump_json(json, 1) + "\n");
   if (!print) return json;
   const Rows rows = recording_rows(json);
   cli::TextTable table(rows[0]);
   for (std::size_t r = 1; r < rows.size(); ++r) table.add(rows[r]);
-  std::printf("%s\n%s\nRecorded. Written to %s/recordings.json\n", json.dump(1).c_str(), table.format().c_str(),
-              out.c_str());
+  std::printf("%s\n%s\nRecorded. Written to %s/recordings.json\n", io::dump_json(json, 1).c_str(),
+              table.format().c_str(), out.c_str());
   return json;
 }
 

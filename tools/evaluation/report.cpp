@@ -18,6 +18,7 @@
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/evaluation/track_quality.h"
+#include "tools/io/json_text.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
@@ -166,8 +167,9 @@ void write_report(const std::string& out, bool print) {
   }
   for (const Figures& f : all) times["summary"][f.variant][f.scenario] = times_json(f);
   add_measured(out, metrics, times);
-  io::write_whole_file(out + "/metrics.json", metrics.dump(1) + "\n");
-  io::write_whole_file(out + "/times.json", times.dump(1) + "\n");  // a separate file: times differ in every run
+  io::write_whole_file(out + "/metrics.json", io::dump_json(metrics, 1) + "\n");
+  io::write_whole_file(out + "/times.json",
+                       io::dump_json(times, 1) + "\n");  // a separate file: times differ in every run
   write_csvs(out, all);
   std::vector<std::string> folders;
   for (const Run& run : runs) folders.push_back(run.folder);

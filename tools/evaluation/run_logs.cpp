@@ -201,6 +201,8 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     progress.show(int64_t(1000 * log.progress()));
   }
   progress.clear();
+  if (!is_open && !options.quiet)
+    std::printf("note: %s: the log ends before --from: nothing was compared\n", log_name.c_str());
   for (auto& variant : variants) {
     variant->finish();
     for (const std::string& sentence : variant->full_capacities())

@@ -13,6 +13,7 @@
 #include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/evaluation/simulated_log.h"
+#include "tools/io/json_text.h"
 #include "tools/io/output.h"
 #include "tools/io/text.h"
 
@@ -123,7 +124,7 @@ void measure_scaling(const std::string& path, const cli::Options& preset, const 
                  cli::fixed(per_second, 0)});
     }
   }
-  io::write_whole_file(out + "/scaling.json", json.dump(1) + "\n");
+  io::write_whole_file(out + "/scaling.json", io::dump_json(json, 1) + "\n");
   if (print)
     std::printf("%s\n%s, load average %.1f. Written to %s/scaling.json\n", table.format().c_str(), cpu_name().c_str(),
                 load[0], out.c_str());

@@ -83,15 +83,6 @@ std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<ui
   return keep;
 }
 
-bool judges_by_angles(const ovt_params& params) {
-  for (int32_t i = 0; i < ovt_param_count(); ++i) {
-    ovt_param_info info;
-    ovt_describe_param(i, &info);
-    if (std::string_view(info.name) == "ground.threshold_deg") return ovt_reads_param(&params, i) != 0;
-  }
-  return false;
-}
-
 // The preset's parameters with the changed one.
 cli::Config read_name(const std::string& name, const ConfigFiles& files, std::string& variant) {
   if (name.empty()) throw io::Error("--preset", 0, "a name is empty");
@@ -108,7 +99,7 @@ cli::Config read_name(const std::string& name, const ConfigFiles& files, std::st
           "no variant '" + variant + "'; there are " + io::join(known, ", ") + io::did_you_mean(variant, known));
   }
   cli::Config config = cli::load_config(options);
-  if (variant == "ground" && !judges_by_angles(config.params))
+  if (variant == "ground" && !cli::reads_param(config.params, "ground.threshold_deg"))
     throw io::Error("--preset " + name, 0,
                     "this method does not judge ground by angles: it has no oracle of the ground");
   return config;
@@ -118,7 +109,7 @@ cli::Config read_name(const std::string& name, const ConfigFiles& files, std::st
 
 std::vector<std::string> variants_of(const std::string& name, const ConfigFiles& files) {
   std::string none;
-  const bool has_ground = judges_by_angles(read_name(name, files, none).params);
+  const bool has_ground = cli::reads_param(read_name(name, files, none).params, "ground.threshold_deg");
   std::vector<std::string> names = variant_names();
   if (!has_ground) std::erase(names, "ground");
   return names;

@@ -88,8 +88,12 @@ std::vector<std::string> opponent_topics_of(const Rig& rig) {
 
 std::string list_topics(const std::vector<BagTopic>& topics, const std::string& type) {
   std::vector<std::string> words;
-  for (const BagTopic& topic : topics)
-    if (type.empty() || topic.type == type) words.push_back(topic.name + " (" + topic.type + ")");
+  for (const BagTopic& topic : topics) {
+    if (!type.empty() && topic.type != type) continue;
+    const bool other = !type.empty() && !is_type(topic, type.c_str());
+    words.push_back(topic.name + " (" + topic.type +
+                    (other ? ", serialization format " + topic.encoding + ", cdr is needed)" : ")"));
+  }
   return words.empty() ? "none" : join(words, ", ");
 }
 

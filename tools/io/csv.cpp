@@ -115,6 +115,16 @@ int32_t Csv::need(std::initializer_list<std::string_view> names) const {
   throw Error(path_, 0, "no column " + wanted + " (there are: " + join(names_, ", ") + ")");
 }
 
+void Csv::note_unread(std::initializer_list<int32_t> read, std::vector<std::string>& notes) const {
+  std::vector<std::string> others;
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    if (std::find(read.begin(), read.end(), int32_t(i)) == read.end()) others.push_back(names_[i]);
+  if (others.empty()) return;
+  notes.push_back(path_ +
+                  (others.size() == 1 ? " has a column that is not read: " : " has columns that are not read: ") +
+                  join(others, ", "));
+}
+
 std::string_view Csv::text(std::size_t row, int32_t column) const {
   const Cell& cell = cells_[row * column_count_ + std::size_t(column)];
   return std::string_view(text_).substr(cell.begin, cell.size);

@@ -29,6 +29,8 @@ class Csv {
   // Throws Error where two columns have it; need() also where none has, and lists the names.
   int32_t find(std::initializer_list<std::string_view> names) const;
   int32_t need(std::initializer_list<std::string_view> names) const;
+  // Adds "FILE has columns that are not read: NAME, ..." of those not in `read`, which may hold -1, if there are any.
+  void note_unread(std::initializer_list<int32_t> read, std::vector<std::string>& notes) const;
 
   // Throws Error with file:line:column if the cell is not a finite number (number) or an integer (integer).
   double number(std::size_t row, int32_t column) const;

@@ -6,6 +6,7 @@
 
 #include "tools/io/angles.h"
 #include "tools/io/csv.h"
+#include "tools/io/error.h"
 #include "tools/io/text.h"
 
 namespace overtake::io {
@@ -27,7 +28,7 @@ void derive_rates(std::vector<EgoRow>& rows, bool speed, bool yaw_rate) {
 
 }  // namespace
 
-std::vector<EgoRow> read_ego_file(const std::string& path) {
+std::vector<EgoRow> read_ego_file(const std::string& path, std::vector<std::string>* notes) {
   const Csv csv = Csv::read(path);
   const int32_t seconds = csv.find({"stamp_ns", "timestamp_ns"}) < 0 ? csv.find({"time_s", "time"}) : -1;
   const int32_t stamp = seconds >= 0 ? seconds : csv.need({"stamp_ns", "timestamp_ns", "time_s"});
@@ -36,6 +37,12 @@ std::vector<EgoRow> read_ego_file(const std::string& path) {
   const int32_t z = csv.find({"z_m", "z"}), roll = csv.find({"roll_rad"}), pitch = csv.find({"pitch_rad"});
   const int32_t speed = csv.find({"speed_mps", "vx_mps", "speed", "vx"});
   const int32_t yaw_rate = csv.find({"yaw_rate_rps", "yaw_rate", "omega"});
+  if ((roll < 0) != (pitch < 0))
+    throw Error(path, 0,
+                std::string("has ") + (roll < 0 ? "pitch_rad and no roll_rad" : "roll_rad and no pitch_rad") +
+                    " (there are: " + join(csv.names(), ", ") + ")");
+  const int32_t published = csv.find({"publish_ns"});  // of a simulated log: known, and not needed
+  if (notes) csv.note_unread({stamp, seconds, x, y, yaw, z, roll, pitch, speed, yaw_rate, published}, *notes);
   const auto optional = [&](std::size_t row, int32_t column) { return column < 0 ? 0.0 : csv.number(row, column); };
 
   std::vector<EgoRow> rows(csv.row_count());

@@ -4,7 +4,7 @@
 // Ego poses from a CSV file with a header:
 //   stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad[,speed_mps][,yaw_rate_rps]
 // Also accepted: timestamp_ns, or time in seconds; x, y, z; phi, psi, heading_rad for the yaw; vx; omega. Missing speed
-// or yaw rate follows from the neighbouring poses.
+// or yaw rate follows from the neighbouring poses. An attitude is both roll and pitch.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,8 @@ inline bool is_finite(const EgoRow& row) {
                        row.yaw_rate_rps);
 }
 
-// Rows with growing stamps. Throws Error with file, line and column.
-std::vector<EgoRow> read_ego_file(const std::string& path);
+// Rows with growing stamps. Throws Error with file, line and column. Adds to `notes` a sentence about columns that it
+// does not read.
+std::vector<EgoRow> read_ego_file(const std::string& path, std::vector<std::string>* notes = nullptr);
 
 }  // namespace overtake::io

@@ -20,6 +20,7 @@ constexpr Format kFormats[] = {
 };
 
 const CloudFormat& cloud_format_of(const std::string& path, const std::string& bytes) {
+  if (bytes.empty()) throw Error(path, 0, "is empty (0 bytes)");
   const Format* format = find_format_by_mark(bytes);
   if (!format) format = find_format_by_name(path);
   if (!format) throw Error(path, 0, "has no supported format (" + list_extensions() + ")");

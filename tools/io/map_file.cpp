@@ -135,9 +135,11 @@ MapData read_center_line(const Csv& csv) {
   map.width_right_m = pick_width(csv, line, right);
   map.width_left_m = pick_width(csv, line, left);
   if (banking >= 0) map.banking_rad = pick_banking(csv, line, banking);
-  map.banking_turned = banking >= 0 && leans_outwards(line, map.banking_rad);
-  if (map.banking_turned)
+  if (banking >= 0 && leans_outwards(line, map.banking_rad)) {
     for (double& angle : map.banking_rad) angle = -angle;
+    map.notes.push_back(path +
+                        ": its banking has the opposite sign (positive: the right side is higher): it is turned round");
+  }
 
   // The right bound is at ref + normvec * width_right. If the vectors point to the left of the points' direction, the
   // line was reversed after they were made: its "right" is the driver's left.
@@ -149,15 +151,18 @@ MapData read_center_line(const Csv& csv) {
         line, [&](std::size_t i) { return nx[i]; }, [&](std::size_t i) { return ny[i]; });
     if (leftness > 0) std::swap(map.width_left_m, map.width_right_m);
   }
+  csv.note_unread({x, y, right, left, banking, normal_x, normal_y}, map.notes);
   return map;
 }
 
-Line read_bound(const std::string& path) {
+Line read_bound(const std::string& path, std::vector<std::string>& notes) {
   const Csv csv = Csv::read(path);
   const bool named = csv.has_header();
   if (!named && csv.column_count() != 2)
     throw Error(path, csv.line(0), "a bound has two columns, x and y, or a header that names them");
-  return clean_line(csv, named ? csv.need({"x_m", "x"}) : 0, named ? csv.need({"y_m", "y"}) : 1);
+  const int32_t x = named ? csv.need({"x_m", "x"}) : 0, y = named ? csv.need({"y_m", "y"}) : 1;
+  csv.note_unread({x, y}, notes);
+  return clean_line(csv, x, y);
 }
 
 std::size_t nearest(const Line& line, double x, double y) {
@@ -168,7 +173,8 @@ std::size_t nearest(const Line& line, double x, double y) {
 }
 
 MapData read_bounds(const std::string& path_a, const std::string& path_b) {
-  Line a = read_bound(path_a), b = read_bound(path_b);
+  MapData map;
+  Line a = read_bound(path_a, map.notes), b = read_bound(path_b, map.notes);
   if (a.closed != b.closed)
     throw Error(path_b, 0, std::string("is ") + (b.closed ? "closed" : "open") + ", " + path_a + " is not");
   std::vector<std::size_t> partner(a.x.size());
@@ -188,7 +194,6 @@ MapData read_bounds(const std::string& path_a, const std::string& path_b) {
     std::reverse(b.x.begin(), b.x.end());
     std::reverse(b.y.begin(), b.y.end());
   }
-  MapData map;
   map.closed = a.closed;
   if (leftness > 0) std::swap(a, b);  // b is the left bound
   map.left_x_m = std::move(a.x);

@@ -22,13 +22,9 @@ struct MapData {
   bool closed = false;
   std::vector<double> x_m, y_m, width_left_m, width_right_m, banking_rad;  // banking may be empty
   std::vector<double> left_x_m, left_y_m, right_x_m, right_y_m;            // two bounds, else empty
-  bool banking_turned = false;                                             // the file has the opposite sign
+  std::vector<std::string> notes;  // sentences about what the reader left out of the files or changed
   bool is_bounds() const { return !left_x_m.empty(); }
 };
-
-// What the user should know of a map that was turned round; follows its path and a colon.
-inline constexpr const char* kBankingTurned =
-    "its banking has the opposite sign (positive: the right side is higher): it is turned round";
 
 // Throws Error with file, line and column.
 MapData read_map(const std::string& path_or_two_paths);

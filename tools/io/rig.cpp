@@ -98,7 +98,7 @@ std::string format_capacities(const Capacities& capacities, const std::string& p
 Rig read_rig(TomlReader& reader) {
   Rig rig;
   rig.name = reader.text_or("name", std::filesystem::path(reader.path()).stem().string());
-  rig.period_s = reader.number("period_s", 1e-4, 100);
+  rig.period_s = reader.number("period_s", 0.001, 10);
   const std::string frame = reader.text_or("cloud_frame", "sensor");
   if (frame != "sensor" && frame != "vehicle")
     reader.fail(reader.line_of("cloud_frame"), "'cloud_frame' is \"" + frame + "\", not sensor or vehicle");

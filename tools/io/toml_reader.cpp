@@ -91,11 +91,15 @@ const toml::node* TomlReader::find(const std::string& key, bool required) {
   return node;
 }
 
-double TomlReader::number(const std::string& key, double low, double high, const double* fallback) {
-  const toml::node* node = find(key, !fallback);
-  if (!node) return *fallback;
+double TomlReader::any_number(const std::string& key) {
+  const toml::node* node = find(key, true);
   if (!node->is_number()) fail(line_of(key), "'" + key + "' is not a number");
-  const double value = node->is_integer() ? double(node->as_integer()->get()) : node->as_floating_point()->get();
+  return node->is_integer() ? double(node->as_integer()->get()) : node->as_floating_point()->get();
+}
+
+double TomlReader::number(const std::string& key, double low, double high, const double* fallback) {
+  if (fallback && !has(key)) return read_.insert(key), *fallback;
+  const double value = any_number(key);
   if (!(value >= low && value <= high))
     fail(line_of(key), "'" + key + "' is " + toml_number(value) + ", its limits are " + toml_number(low) + " to " +
                            toml_number(high));

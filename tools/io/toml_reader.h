@@ -33,6 +33,7 @@ class TomlReader {
   int64_t line() const { return int64_t(table_.source().begin.line); }
   int64_t line_of(const std::string& key) const;
 
+  double any_number(const std::string& key);  // also NaN and infinite; the key is required
   // Without a fallback the key is required.
   double number(const std::string& key, double low, double high, const double* fallback = nullptr);
   double number_or(const std::string& key, double low, double high, double fallback) {

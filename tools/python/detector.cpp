@@ -4,7 +4,11 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "tools/client/covariance.h"
 
 namespace overtake::python {
 namespace {
@@ -78,7 +82,10 @@ Detector::Detector(const py::list& sensors, const ParamSet& params, const py::ob
   for (const py::handle item : sensors) {
     const auto fields = py::reinterpret_borrow<py::dict>(item);
     defs.push_back(to_sensor(fields));
-    names->push_back(py::cast<std::string>(py::str(fields["name"])));
+    std::string name = py::cast<std::string>(py::str(fields["name"]));
+    if (std::find(names->begin(), names->end(), name) != names->end())
+      throw py::value_error("two sensors are named '" + name + "'");
+    names->push_back(std::move(name));
     point_capacity_.push_back(defs.back().point_capacity);
   }
   sensors_ = names;
@@ -255,6 +262,11 @@ py::object Detector::push_detections(int64_t stamp_ns, const py::dict& columns, 
 #undef OVT_TAKE
   // clang-format on
   rows.count = count.value("push_detections");
+  const auto value = [](const double* column, int32_t i) { return column ? column[i] : std::nan(""); };
+  for (int32_t i = 0; i < rows.count; ++i)
+    if (const char* fault =
+            cli::find_covariance_fault(value(rows.var_x, i), value(rows.var_y, i), value(rows.cov_xy, i)))
+      throw py::value_error("row " + std::to_string(i) + ": " + fault);
   Call call(*this, &detections_busy_);
   const ovt_status status =
       call.without_gil([&](ovt_detector* detector) { return ovt_push_detections(detector, &rows); });

@@ -45,7 +45,7 @@ py::dict load_rig(const std::string& name) {
 
 py::dict load_map(const std::string& path) {
   const auto map = without_gil([&] { return io::read_map(path); });
-  if (map.banking_turned) warn(path + ": " + io::kBankingTurned);
+  for (const std::string& note : map.notes) warn(note);
   py::dict out;
   out["closed"] = map.closed;
   const auto put = [&](const char* name, const std::vector<double>& values) {
@@ -69,11 +69,17 @@ PyObject* new_type(py::module_& module, const char* name, const char* text, PyOb
 }  // namespace
 
 void warn(const std::string& sentence) {
-  if (PyErr_WarnEx(PyExc_UserWarning, sentence.c_str(), 1) != 0) throw py::error_already_set();
+  if (PyErr_WarnFormat(PyExc_UserWarning, 1, "%s", sentence.c_str()) != 0) throw py::error_already_set();
 }
 
 void warn_of_damage(const std::string& sentence) {
-  if (PyErr_WarnEx(damage_warning, sentence.c_str(), 1) != 0) throw py::error_already_set();
+  if (PyErr_WarnFormat(damage_warning, 1, "%s", sentence.c_str()) != 0) throw py::error_already_set();
+}
+
+int32_t to_workers(py::handle value) {
+  const auto workers = to_number<int32_t>(value, "workers");
+  if (workers < 0) throw py::value_error("workers is " + std::to_string(workers) + "; 0 or more is needed");
+  return workers;
 }
 
 cli::Options to_options(const py::dict& from) {
@@ -81,14 +87,16 @@ cli::Options to_options(const py::dict& from) {
   options.command = "run";
   const auto take = [&](const char* name, std::string& to) {
     const py::object value = from[name];
-    if (!value.is_none()) to = py::cast<std::string>(py::str(value));
+    if (value.is_none()) return;
+    if (!py::isinstance<py::str>(value) && !py::isinstance<py::bytes>(value))
+      throw py::type_error(std::string(name) + " is " + py::cast<std::string>(py::repr(value)) + "; a text is needed");
+    to = py::cast<std::string>(value);
   };
   take("input", options.input), take("rig", options.rig), take("urdf", options.urdf), take("preset", options.preset);
   take("map", options.map), take("ego", options.ego), take("config", options.config), take("isa", options.isa);
   options.set = py::cast<std::vector<std::string>>(from["set"]);
   options.capacity = py::cast<std::vector<std::string>>(from["capacity"]);
-  if (const py::object workers = from["workers"]; !workers.is_none())
-    options.workers = to_number<int32_t>(workers, "workers");
+  if (const py::object workers = from["workers"]; !workers.is_none()) options.workers = to_workers(workers);
   return options;
 }
 
@@ -103,7 +111,7 @@ void add_files(py::module_& module) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const io::Error& error) {
-      PyErr_SetString(file_error, error.what());
+      PyErr_Format(file_error, "%s", error.what());  // a path in it need not be UTF-8
     }
   });
 

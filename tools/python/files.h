@@ -16,7 +16,8 @@ void add_races(py::module_& module);
 
 // The options of a dict that _files.py makes, as the command line has them.
 cli::Options to_options(const py::dict& from);
-void warn(const std::string& sentence);  // issues a UserWarning
+int32_t to_workers(py::handle value);    // throws TypeError or ValueError
+void warn(const std::string& sentence);  // issues a UserWarning; what is not UTF-8 becomes U+FFFD
 // Issues a DamageWarning.
 void warn_of_damage(const std::string& sentence);
 

@@ -100,6 +100,10 @@ void need_columns(const ovt_points& points, const std::string& what) {
                             (role == kLayer ? " (or ring, line: the id of each point's ring)" : ""));
 }
 
+[[noreturn]] void fail_twice(const std::string& what, int role) {
+  throw py::value_error(what + " has two columns " + kRoleNames[role]);
+}
+
 }  // namespace
 
 FieldList::FieldList() : roles_{kX, kY, kZ, kIntensity, kLayer} {}
@@ -108,7 +112,9 @@ FieldList::FieldList(py::handle sequence) {
   for (const py::handle item : sequence) {
     const std::string name = item.is_none() ? "" : py::cast<std::string>(item);
     roles_.push_back(name.empty() ? -1 : find_role(name));
-    if (!name.empty() && roles_.back() < 0) throw py::value_error("fields: '" + name + "' is none of " + all_names());
+    if (name.empty()) continue;
+    if (roles_.back() < 0) throw py::value_error("fields: '" + name + "' is none of " + all_names());
+    if (std::count(roles_.begin(), roles_.end(), roles_.back()) > 1) fail_twice("fields", roles_.back());
   }
 }
 
@@ -211,7 +217,11 @@ PointReader::Layout PointReader::layout_of(const py::dtype& records) {
   const py::dict fields = records.attr("fields");
   for (const auto& [key, value] : fields) {
     const int role = find_role(py::cast<std::string>(key));
-    if (role < 0 || layout[std::size_t(role)].size > 0) continue;
+    if (role < 0) continue;
+    if (layout[std::size_t(role)].size > 0) {
+      if (role == kIntensity) continue;  // some sensors' records have several of them: the first one counts
+      fail_twice("points", role);
+    }
     const auto entry = py::reinterpret_borrow<py::tuple>(value);
     const auto type = py::reinterpret_borrow<py::dtype>(entry[0]);
     layout[std::size_t(role)] = {type.kind(), type.byteorder(), type.itemsize(), py::cast<py::ssize_t>(entry[1])};
@@ -244,7 +254,7 @@ void PointReader::read_columns(const py::dict& columns, ovt_points& out, Borrowe
     if (!name) throw py::type_error("points has a key that is no text");
     const int role = find_role(name);
     if (role < 0) throw py::value_error("points: '" + std::string(name) + "' is none of " + all_names());
-    if (found[std::size_t(role)]) throw py::value_error("points has two columns " + std::string(kRoleNames[role]));
+    if (found[std::size_t(role)]) fail_twice("points", role);
     found[std::size_t(role)] = true;
     if (value.is_none()) continue;
     py::array array = as_array(value, name);

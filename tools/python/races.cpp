@@ -59,8 +59,9 @@ struct TruthColumns {
 };
 
 py::dict simulate(const std::string& scenario_name, uint64_t seed, const std::string& out, double seconds,
-                  const std::string& ego, int32_t workers, bool force) {
+                  const std::string& ego, const py::object& workers_given, bool force) {
   static std::mutex one_guard;  // of outputs exists in a process (tools/io/output.h)
+  const int32_t workers = to_workers(workers_given);
   TruthColumns truth;
   int32_t frames = 0;
   double simulated_s = 0;

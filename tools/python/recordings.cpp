@@ -106,13 +106,14 @@ class ScanReader {
   virtual bool next(PyScan& out) = 0;
   virtual std::string damage() const = 0;
   virtual py::list sensors() const = 0;
+  virtual std::vector<std::string> notes() const { return {}; }  // what the user should know from the start
 };
 
 // With a rig: the scans of its sensors, and the own poses that belong to them.
 class RigReader : public ScanReader {
  public:
   explicit RigReader(const cli::Config& config) : config_(config) {
-    if (!config_.ego.empty()) ego_ = io::read_ego_file(config_.ego);
+    if (!config_.ego.empty()) ego_ = io::read_ego_file(config_.ego, &ego_notes_);
     stream_ = io::open_scans(config_.input, config_.rig);
   }
 
@@ -144,6 +145,7 @@ class RigReader : public ScanReader {
     for (const io::RigSensor& sensor : config_.rig.sensors) names.append(sensor.name);
     return names;
   }
+  std::vector<std::string> notes() const override { return ego_notes_; }
 
  private:
   // Those up to the first one at or after the stamp: as overtake run pushes them.
@@ -155,6 +157,7 @@ class RigReader : public ScanReader {
   const cli::Config config_;
   std::unique_ptr<io::ScanStream> stream_;
   std::vector<io::EgoRow> ego_;
+  std::vector<std::string> ego_notes_;
   std::size_t next_ego_ = 0;
   std::deque<PyScan> scans_;
 };
@@ -288,6 +291,7 @@ std::unique_ptr<ScanReader> open_reader(const cli::Options& options) {
 std::unique_ptr<ScanIterator> open_recording(const py::dict& from, py::object kept) {
   const cli::Options options = to_options(from);
   auto reader = without_gil([&] { return open_reader(options); });
+  for (const std::string& note : reader->notes()) warn(note);
   return std::make_unique<ScanIterator>(std::move(reader), std::move(kept));
 }
 
@@ -302,7 +306,13 @@ intensity and time (ns after stamp_ns): what Detector.push_scan takes. Without a
       .def_readonly("sensor", &PyScan::sensor, "Name of the sensor; without a rig: the topic, or the word of the file.")
       .def_readonly("frame", &PyScan::frame, "Number of the frame in the recording; without a rig: of the scan.")
       .def_readonly("stamp_ns", &PyScan::stamp_ns, "Stamp in ns; 0 where files have none and there is no rig.")
-      .def_readonly("path", &PyScan::path, "The file.")
+      .def_property_readonly(
+          "path",
+          [](const PyScan& scan) {
+            return py::reinterpret_steal<py::str>(
+                PyUnicode_DecodeFSDefaultAndSize(scan.path.data(), py::ssize_t(scan.path.size())));
+          },
+          "The file.")
       .def_readonly("points", &PyScan::points, "Columns by name.")
       .def_readonly("ego_poses", &PyScan::ego_poses,
                     "Own poses to push before this scan: dicts of the arguments of push_ego_pose.")

@@ -125,6 +125,7 @@ class Run {
     ++frames_;
     off_map_ += (frame.info.flags & OVT_FLAG_EGO_OFF_MAP) != 0;
     with_ego_ += frame.info.ego_known != 0;
+    without_data_ += (frame.info.flags & OVT_FLAG_NO_DATA) != 0;
     ovt_detections detections;
     std::shared_ptr<const TracksCopy> tracks;
     check(frame.source->read_detections(detections), "detections");
@@ -133,9 +134,10 @@ class Run {
   }
   void finish() {
     if (std::exchange(finished_, true)) return;
-    if (!session_->map_note().empty()) warn(session_->map_note());
+    for (const std::string& note : session_->file_notes()) warn(note);
     if (!damage_.empty()) warn_of_damage(config_.input + ": " + damage_ + "; the frames are those before it");
     if (stream_->lost_count() > 0) warn_of_damage(config_.input + ": " + stream_->losses());
+    if (without_data_ == frames_) throw io::Error(config_.input, 0, session_->why_no_data(damage_));
     if (2 * off_map_ > frames_)
       warn_of_damage(config_.map + ": the ego vehicle is outside of this map in " + std::to_string(off_map_) + " of " +
                      std::to_string(frames_) + " frames: map and poses are of different courses");
@@ -156,7 +158,7 @@ class Run {
   cli::ResultHash hash_;
   std::string damage_;
   double progress_ = 0;
-  int64_t frames_ = 0, off_map_ = 0, with_ego_ = 0;
+  int64_t frames_ = 0, off_map_ = 0, with_ego_ = 0, without_data_ = 0;
   const int32_t forks_ = fork_count();
   bool busy_ = false, ended_ = false, finished_ = false;
 };

@@ -89,8 +89,8 @@ class Node {
     if (options_.quiet) return;
     std::fprintf(stderr, "overtake: domain %d, rig %s, preset %s, results on %s and the like; Ctrl-C ends it\n",
                  options_.domain, config_.rig.name.c_str(), config_.preset.c_str(), outputs_.topics()[0].c_str());
-    if (!session_.map_note().empty())
-      std::fprintf(stderr, "overtake: note: %s\n", cli::printable(session_.map_note()).c_str());
+    for (const std::string& note : session_.file_notes())
+      std::fprintf(stderr, "overtake: note: %s\n", cli::printable(note).c_str());
   }
 
   void say_goodbye() {

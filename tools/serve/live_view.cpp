@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "pipeline/overtake.h"
+#include "tools/io/json_text.h"
 
 namespace overtake::serve {
 namespace {
@@ -35,9 +36,7 @@ std::string encode_base64(std::string_view bytes) {
   return out;
 }
 
-SocketMessage text_message(const Json& json) {
-  return {true, json.dump(-1, ' ', false, Json::error_handler_t::replace), nullptr};
-}
+SocketMessage text_message(const Json& json) { return {true, io::dump_json(json), nullptr}; }
 
 // level: 0 information, 1 warning, 2 error. A status replaces the one of its id.
 SocketMessage status_message(int32_t level, const char* id, const std::string& text) {
@@ -64,6 +63,12 @@ struct LiveRequest {
   std::string mistake;
 };
 
+uint32_t id_of(const Json& json) {
+  if (!json.is_number_unsigned() || json.get<uint64_t>() > UINT32_MAX)
+    throw std::runtime_error("an id is a whole number from 0 to 4294967295, not " + io::dump_json(json));
+  return json.get<uint32_t>();
+}
+
 LiveRequest parse_request(std::string_view data, bool text) {
   LiveRequest request;
   try {
@@ -72,9 +77,9 @@ LiveRequest parse_request(std::string_view data, bool text) {
     const std::string op = json.at("op");
     if (op == "subscribe")
       for (const Json& wish : json.at("subscriptions"))
-        request.subscribe.push_back({wish.at("id"), wish.at("channelId")});
+        request.subscribe.push_back({id_of(wish.at("id")), id_of(wish.at("channelId"))});
     else if (op == "unsubscribe")
-      for (const Json& id : json.at("subscriptionIds")) request.unsubscribe.push_back(id);
+      for (const Json& id : json.at("subscriptionIds")) request.unsubscribe.push_back(id_of(id));
   } catch (const std::exception& error) {
     request.mistake = error.what();
   }

@@ -14,6 +14,8 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/overtake.h"
+#include "tools/io/error.h"
+#include "tools/io/json_text.h"
 #include "tools/io/text.h"
 #include "tools/view/web/pages.h"
 
@@ -117,7 +119,18 @@ bool is_own_host(std::string_view host, int32_t port, bool open, const std::stri
   return open && (is_numeric_address(name) || (!name.empty() && name == io::lower_case(machine)));
 }
 
+bool can_be_origin(std::string_view origin) {
+  if (origin == "null" || origin == "file://") return true;  // of pages from files
+  const std::size_t end = origin.find("://");
+  if (end == 0 || end == std::string_view::npos || io::lower_case(origin) != origin) return false;
+  const std::string_view host = origin.substr(end + 3);
+  return !host.empty() && host.find_first_of("/?#@ \\*") == std::string_view::npos;
+}
+
 ViewServer::ViewServer(const ViewServerOptions& options) : options_(options) {
+  for (const std::string& origin : options_.allow_origins)
+    if (!can_be_origin(origin))
+      throw io::Error("--allow-origin " + origin, 0, "is the origin of no page: scheme://host[:port] is needed");
   server_ = std::make_unique<HttpServer>(options_.address, options_.port, *this, options_.most_silence);
   server_->start();
 }
@@ -217,7 +230,7 @@ Response ViewServer::list_logs() const {
   all["logs"] = logs;
   Response response;
   response.type = "application/json";
-  response.body = all.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  response.body = io::dump_json(all);
   return response;
 }
 

@@ -31,6 +31,9 @@ std::string machine_name();
 // any numeric address and the machine's name, too. A page of another site cannot use those names (DNS rebinding).
 bool is_own_host(std::string_view host, int32_t port, bool open, const std::string& machine = machine_name());
 
+// Whether a browser may send this text as the Origin of a page: scheme://host[:port] in lower case, without a path.
+bool can_be_origin(std::string_view origin);
+
 // Takes the WebSocket connections of a live run.
 class SocketAcceptor {
  public:
@@ -51,6 +54,7 @@ struct ViewServerOptions {
 
 class ViewServer final : public HttpHandler {
  public:
+  // Throws io::Error where an origin cannot be one, or no server can be started.
   explicit ViewServer(const ViewServerOptions& options);
   int32_t port() const { return server_->port(); }
   // "http://127.0.0.1:8123/", with the fragment #at=STAMP if there is one.

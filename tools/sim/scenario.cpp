@@ -168,6 +168,7 @@ Puffs read_puffs(const Scenario& scenario, TomlReader& toml) {
               toml.number_or("density_pm", 0.001, 10, 0.1),
               toml.number_or("life_s", 0.1, 60, 3)};
   if (scenario.find_car(puffs.car) < 0) toml.fail(toml.line_of("car"), "no car is named '" + puffs.car + "'");
+  if (puffs.to_s <= puffs.from_s) toml.fail(toml.line_of("to_s"), "to_s must be above from_s");
   toml.finish();
   return puffs;
 }

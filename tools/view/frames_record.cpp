@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/client/result_files.h"
+#include "tools/io/json_text.h"
 
 namespace overtake::cli {
 namespace {
@@ -101,7 +102,7 @@ std::string FramesRecord::format() const {
   for (const FlagName& flag : kFlagNames) out["flag_names"][std::to_string(flag.flag)] = flag.name;
   out["reason_names"] = Json::array();
   for (int32_t reason = 0; ovt_reason_name(reason); ++reason) out["reason_names"].push_back(ovt_reason_name(reason));
-  return out.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return io::dump_json(out);
 }
 
 }  // namespace overtake::cli

@@ -12,7 +12,7 @@ namespace overtake::cli {
 
 // Writes FOLDER/above.png (the circuit with every car's path, and all points around the ego vehicle by surface) and
 // FOLDER/front.png, left.png, right.png (each sensor's scan, scan_picture.h). Uses the first frame at or after at_s,
-// else the last one. Throws io::Error.
+// at the race's end the last one. Throws io::Error.
 void write_race_pictures(const std::string& folder, sim::Simulator& simulator, double at_s);
 
 }  // namespace overtake::cli

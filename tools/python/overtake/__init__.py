@@ -23,6 +23,7 @@ from ._overtake import (  # noqa: F401: the package's names
     TooManyError, TrackFlag, Tracks, TrackState, UnknownNameError, VersionError, View, Visibility, WrongThreadError,
     build_info, image_names, preset_names, reason_names, stage_names)
 from ._params import Params  # noqa: F401
+from ._paths import to_path as _to_path
 
 __version__ = build_info()["version"]
 
@@ -88,9 +89,9 @@ def _need_files(what):
 def load_rig(name):
     """The Rig of a built-in name ("racecar", "av21", ...), of a TOML file, or of a simulated log."""
     _need_files("load_rig")
-    fields = _overtake.load_rig(os.fspath(name))
+    fields = _overtake.load_rig(_to_path(name, "rig"))
     return Rig(sensors=[Sensor(**sensor) for sensor in fields["sensors"]], name=fields["name"],
-               period_s=fields["period_s"], capacities=fields["capacities"], source=os.fspath(name))
+               period_s=fields["period_s"], capacities=fields["capacities"], source=os.fsdecode(name))
 
 
 def load_map(path):
@@ -100,13 +101,13 @@ def load_map(path):
     UserWarning.
     """
     _need_files("load_map")
-    return Map(**_overtake.load_map(os.fspath(path)))
+    return Map(**_overtake.load_map(_to_path(path, "map")))
 
 
 def _to_rig(rig):
     if isinstance(rig, Rig):
         return rig
-    if isinstance(rig, (str, os.PathLike)):
+    if isinstance(rig, (str, bytes, os.PathLike)):
         return load_rig(rig)
     if isinstance(rig, Sensor):
         return Rig([rig])
@@ -125,7 +126,7 @@ def _to_map(track_map):
             if name not in Map.__dataclass_fields__:
                 raise TypeError(f"map has no column '{name}' (it has: {', '.join(Map.__dataclass_fields__)})")
         track_map = Map(**track_map)
-    if isinstance(track_map, (str, os.PathLike)):
+    if isinstance(track_map, (str, bytes, os.PathLike)):
         track_map = load_map(track_map)
     if not isinstance(track_map, Map):
         raise TypeError(f"map is a {type(track_map).__name__}; a path, a Map or a dict of columns is needed")
@@ -141,6 +142,9 @@ def _to_params(preset, params, period_s):
     if period_s is not None:
         made["frame.period_s"] = period_s
     made.update(params or {})
+    for name in params or {}:
+        if not made.has_effect(name):
+            raise ValueError(f"{name} has no effect: preset {made.preset} does not read it")
     return made
 
 
@@ -155,7 +159,7 @@ class Detector(_overtake.DetectorBase):
     preset          "best" (default) or "paper", the publication to the letter
     map             a path (load_map), a Map, a dict of its columns; None: no map
     workers         1: the calling thread does all work; n: a graph on n threads; 0: one per CPU
-    params          Params, or {"tracker.confirm_hits": 3}. With Params, set frame.period_s to that of the rig
+    params          Params, or {"gate.min_points": 9}, of what the preset reads. With Params, set frame.period_s to that of the rig
     push            "wait" (default): nothing is dropped; "replace": live, the newest scan replaces a waiting one
     isa             forces an instruction set: "ref", "sse2", "avx2", ...
     keep_images     frames keep every image; False: less time
@@ -173,7 +177,7 @@ class Detector(_overtake.DetectorBase):
                  keep_images=True, frame_capacity=4, every_frame=False, copy_labels=False, copy_images=False,
                  path_horizon_s=None, **options):
         self.rig = _to_rig(rig)
-        by_name = isinstance(rig, (str, os.PathLike, Rig))
+        by_name = isinstance(rig, (str, bytes, os.PathLike, Rig))
         self.params = _to_params(preset, params, self.rig.period_s if by_name else None)
         if push not in _POLICIES:
             raise ValueError(f"push is '{push}'; 'wait' or 'replace' is needed")

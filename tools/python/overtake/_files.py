@@ -9,18 +9,25 @@ import weakref
 from . import _overtake
 from ._overtake import Run
 from ._params import Params
+from ._paths import to_path
 
 scenario_names = tuple(_overtake.scenario_names())
 
 
 def _options(path, rig, **more):
-    if rig is not None and not isinstance(rig, (str, os.PathLike)):
+    if rig is not None and not isinstance(rig, (str, bytes, os.PathLike)):
         if not getattr(rig, "source", ""):
             raise TypeError("rig: a recording needs a name or a TOML file, because it also tells topics and file names")
+        from . import load_rig     # which imports this module
+        if rig != load_rig(rig.source):
+            raise ValueError(f"rig was changed after load_rig: a recording reads {rig.source} again, so change a file")
         rig = rig.source
-    options = {"input": os.fspath(path), "rig": rig, "urdf": None, "preset": None, "map": None, "ego": None,
+    options = {"rig": rig, "urdf": None, "preset": None, "map": None, "ego": None,
                "config": None, "isa": None, "set": [], "capacity": [], "workers": None, **more}
-    return {name: os.fspath(value) if isinstance(value, os.PathLike) else value for name, value in options.items()}
+    for name in ("rig", "urdf", "map", "ego", "config"):
+        if options[name] is not None:
+            options[name] = to_path(options[name], name)
+    return {"input": to_path(path, "path"), **options}
 
 
 class Recording:
@@ -34,7 +41,7 @@ class Recording:
         self._options = _options(path, rig, map=map, ego=ego, urdf=urdf)
         self._iterator = _overtake.open_recording(self._options, path)
         self._fresh = True
-        self.path = self._options["input"]
+        self.path = os.fsdecode(self._options["input"])
         self.sensors = self._iterator.sensors
 
     @property
@@ -71,7 +78,7 @@ def run(path, rig=None, preset=None, map=None, workers=1, params=None, *, ego=No
     rig       a built-in name or a TOML file; None: that of a simulated log
     preset    "best" (default) or "paper"
     map, ego  a track map and a CSV of own poses; None: those of the recording; "none": without
-    params    {"tracker.confirm_hits": 3}, or Params
+    params    {"gate.min_points": 9}, of what the preset reads, or Params
     config    the config.toml of an earlier result; capacities: {"tracks": 512}; stream: push scans in pieces
 
     Every frame comes once, in order. Its detections and tracks are copies, so frames may be kept; copy_labels and
@@ -140,8 +147,9 @@ def simulate(scenario, seed=1, out=None, *, seconds=None, ego=None, workers=0, f
         folder = tempfile.mkdtemp(prefix="overtake_")
         out = os.path.join(folder, "race.mcap")
     try:
-        made = _overtake.simulate(os.fspath(scenario), seed, os.fspath(out), seconds or 0.0, ego or "", workers, force)
-        return Race(os.fspath(scenario), seed, os.fspath(out), made, folder)
+        made = _overtake.simulate(to_path(scenario, "scenario"), seed, to_path(out, "out"), seconds or 0.0, ego or "",
+                                  workers, force)
+        return Race(os.fsdecode(scenario), seed, os.fsdecode(out), made, folder)
     except BaseException:
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)
