@@ -39,8 +39,8 @@ int32_t find_seams(const SensorModel* sensors, int32_t sensor_count, int32_t lef
 // sensors. Only winners of a pixel that carry a cluster's label count as points here.
 //   reads    sides [sensor_count]       writes  members, merged
 //   order    members: sensor by sensor, label order; merged: by first member. Beyond merged.capacity the rows of which
-//            a member has kLeastPoints or more are kept first, of both sorts the nearest (ties: earlier row); members of
-//            dropped clusters have merged = -1
+//            a member has kLeastPoints or more are kept first, of both sorts the nearest (ties: earlier row); members
+//            of dropped clusters have merged = -1
 //   returns  merged clusters that did not fit
 //   center   sums of the members in member order, divided by the count; stamp = mean of the points' stamps (integer,
 //            rounded toward minus infinity)

@@ -156,8 +156,8 @@ class Joiner {
     }
   }
 
-  // Lists the free rows that may be joined to a seed, with their boxes on its axes, in no order. Rows that are no longer
-  // free leave the cells.
+  // Lists the free rows that may be joined to a seed, with their boxes on its axes, in no order. Rows that are no
+  // longer free leave the cells.
   void list_near(int32_t seed, const Group& group, const CarLimits& most) {
     near_count_ = 0;
     const OrientedBox& own = group.box;
