@@ -116,7 +116,7 @@ class Joiner {
     }
   }
 
-  // A cell is as long as the middles of two rows that become one may be apart (list_near).
+  // The middles of two rows that become one are less than a cell apart (list_near).
   int32_t cell_of(float at_m) const {
     constexpr float kFar = 1e6f;
     return int32_t(std::floor(max_of(min_of(at_m * cells_per_m_, kFar), -kFar))) & (kCells - 1);
@@ -173,28 +173,30 @@ class Joiner {
           continue;
         }
         link = &places_.next_in_cell[k];
-        // How far apart the middles are at most: both boxes lie in one of the limits' size, or (is_same) in one that is
-        // kSame_m longer than the longer of the two.
+        // How far apart the middles are at most: together both boxes are as large as the limits, or (is_same) longer by
+        // kSame_m than the longer one.
         const float x = places_.next_x_m[k], y = places_.next_y_m[k], size_m = places_.next_size_m[k];
         const float most_1 = max_of(most.length_m, 0.5f * max_of(own.length(), size_m) + kSame_m) + kRounding_m;
         const float most_2 = max_of(most.width_m, 0.5f * max_of(own.width(), size_m) + kSame_m) + kRounding_m;
         if (abs_of(x * c + y * s - middle_1) > most_1 || abs_of(y * c - x * s - middle_2) > most_2) continue;
-        const OrientedBox box = turn_box(places_, row, seed);
-        places_.near[near_count_] = k;
-        places_.near_low_1_m[near_count_] = box.low_1, places_.near_high_1_m[near_count_] = box.high_1;
-        places_.near_low_2_m[near_count_] = box.low_2, places_.near_high_2_m[near_count_] = box.high_2;
-        ++near_count_;
+        put_near(near_count_++, k, turn_box(places_, row, seed));
       }
     }
   }
 
+  void put_near(int32_t near, int32_t k, const OrientedBox& box) {
+    places_.near[near] = k;
+    places_.near_low_1_m[near] = box.low_1, places_.near_high_1_m[near] = box.high_1;
+    places_.near_low_2_m[near] = box.low_2, places_.near_high_2_m[near] = box.high_2;
+  }
   OrientedBox near_box(int32_t near) const {
     return {places_.near_low_1_m[near], places_.near_high_1_m[near], places_.near_low_2_m[near],
             places_.near_high_2_m[near]};
   }
 
-  // The place in the list of the row that is nearest to a group, -1 none. A group only grows: a row that does not fit
-  // leaves the list, and one that lies inside of several is joined at once, since the group's box stays as it is.
+  // The place in the list of the row that is nearest to a group, -1 none. A group only grows, so a row that does not
+  // fit leaves the list. Once the group has several rows, a row inside of it is joined at once: the group's box and
+  // heights stay as they are.
   int32_t find_nearest(int32_t seed, Group& group, const CarLimits& most) {
     const bool group_exceeds = !fits(most, group.box);
     int32_t nearest = -1, left = 0;
@@ -212,10 +214,8 @@ class Joiner {
         ++group.rows;
         continue;
       }
-      places_.near[left] = k;
-      places_.near_low_1_m[left] = box.low_1, places_.near_high_1_m[left] = box.high_1;
-      places_.near_low_2_m[left] = box.low_2, places_.near_high_2_m[left] = box.high_2;
       const int32_t at = left++;
+      put_near(at, k, box);
       const float gap_1 = gap_of(group.box.low_1, group.box.high_1, box.low_1, box.high_1);
       const float gap_2 = gap_of(group.box.low_2, group.box.high_2, box.low_2, box.high_2);
       if (gap_1 > params_.gap_m || gap_2 > params_.gap_m) continue;
