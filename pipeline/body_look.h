@@ -20,8 +20,8 @@ bool is_lit(const StageContext& context, const Frame& frame, int32_t row) noexce
 
 // The box of a cluster's body along a heading; `box` is that of all its points.
 //   smoke   what smoke adds to a car lies at its ends: only lit points count, if they are at least half of it
-//   strays  a return of rain or spray before a car may be one cluster with it. Along an axis on which a car is not as
-//           long, at most one point in 50 that an empty piece of 0.2 m parts from the others does not count
+//   strays  returns of rain or spray in front of a car may be in one cluster with it. Where the box is longer or wider
+//           than a car, points beyond an empty stretch of 0.2 m do not count, if they are at most one in 50
 OrientedBox trim_box(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
                      const OrientedBox& box) noexcept;
 
