@@ -3,6 +3,7 @@
 //
 // The ray caster, compared with brute force and with formulas.
 #include <doctest/doctest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -137,6 +138,13 @@ TEST_SUITE("long") {
     CHECK(piece.triangles.size() > 500);
     CHECK(compare(Bvh(piece), 20000, 60, 7) > 5000);
   }
+}
+
+TEST_CASE("sim: a caster leaves all threads to the rest of the process") {
+  using Threads = oneapi::tbb::global_control;
+  const std::size_t before = Threads::active_value(Threads::max_allowed_parallelism);
+  const Bvh bvh(make_race_car(Surface::car));
+  CHECK(Threads::active_value(Threads::max_allowed_parallelism) == before);
 }
 
 TEST_CASE("sim: closed-form scenes agree with their formulas") {

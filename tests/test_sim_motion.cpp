@@ -194,6 +194,10 @@ TEST_CASE("sim: a wrong scenario file is refused with file and line") {
   CHECK(refused(car + "[sensors]\npattern = \"spiral\"\n").find("race.toml:4: sensors: no scan pattern is named") == 0);
   CHECK(refused(car + "[sensors]\nfov_top_deg = 1\nfov_bottom_deg = 2\n").find("must be above") != std::string::npos);
   CHECK(refused(car + "[[smoke]]\ncar = \"x\"\nfrom_s = 1\nto_s = 2\n").find("race.toml:4: ") == 0);
+  CHECK(refused(car + "[rain]\nwet_floor = 0.5\n").find("mm_per_h") != std::string::npos);
+  CHECK(refused(car + "[rain]\nmm_per_h = 20\nwet_floor = 2\n").find("race.toml:5: ") == 0);
+  CHECK(refused(car + "[rain]\nmm_per_h = 0\n").find("race.toml:4: ") == 0);
+  CHECK(refused(car + "[rain]\nmm_per_h = 20\ndrops = 1\n").find("race.toml:5: ") == 0);
   CHECK(refused("[[car]]\nname = 'e\"go'\n").find("race.toml:2: ") == 0);
   CHECK(refused(car + "[[car]]\nname = \"b\"\n[[overtake]]\npasser = \"egoo\"\npasser_kmh = 250\n"
                       "passed_kmh = 200\nside = \"left\"\n")

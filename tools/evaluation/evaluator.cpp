@@ -27,6 +27,7 @@ Kind kind_of(uint16_t surface) {
     case Surface::apron_grass: return Kind::kGround;
     case Surface::none:
     case Surface::smoke_dust:
+    case Surface::rain:
     case Surface::blooming:
     case Surface::own_car: return Kind::kNoise;
     default: return Kind::kObstacle;

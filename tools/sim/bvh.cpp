@@ -105,9 +105,9 @@ Bvh::Bvh(const Mesh& mesh, const std::string& isa) : triangles_(mesh.triangles) 
     for (const Vec3 p : {t.a, t.b, t.c}) radius_ = std::max(radius_, length(p - center_));
 
   edges_ = std::make_shared<const std::vector<Edges>>(std::move(edges));
-  // The scene keeps a reference to the device. The hierarchy is built in this thread.
+  // The scene keeps a reference to the device. No "threads": Embree would limit all of the process to them.
   const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(
-      rtcNewDevice(("threads=1" + (isa.empty() ? "" : ",isa=" + isa)).c_str()), rtcReleaseDevice);
+      rtcNewDevice((isa.empty() ? "" : "isa=" + isa).c_str()), rtcReleaseDevice);
   if (device == nullptr) throw std::runtime_error("Embree does not run on this machine");
   scene_.reset(rtcNewScene(device.get()), rtcReleaseScene);
   rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);

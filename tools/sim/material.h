@@ -99,12 +99,13 @@ enum class Surface : uint16_t {
   debris,
   blooming,
   own_car,
+  rain,
   car = 100
 };
 inline const char* surface_name(uint16_t surface) {
   constexpr const char* kNames[] = {"none",       "road",       "apron_grass", "outer_wall", "inner_wall",
                                     "fence_post", "fence_wire", "gantry_sign", "building",   "parked_vehicle",
-                                    "smoke_dust", "debris",     "blooming",    "own_car"};
+                                    "smoke_dust", "debris",     "blooming",    "own_car",    "rain"};
   return surface < std::size(kNames) ? kNames[surface] : surface >= uint16_t(Surface::car) ? "car" : "unknown";
 }
 

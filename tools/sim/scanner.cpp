@@ -244,7 +244,8 @@ bool reports_own_car(const JobWork& work, int32_t number, int32_t beam) {
 void add_layers(const JobWork& work, Layers layers, double share, bool report_own, std::vector<Contribution>& out) {
   for (const BeamHit& hit : layers) {
     if (hit.surface == uint16_t(Surface::own_car) && !report_own) return;
-    const double g = share * hit.coverage * returned_share(material_of(hit.material), hit.cos_incidence);
+    double g = share * hit.coverage * returned_share(material_of(hit.material), hit.cos_incidence);
+    if (floor_as_one(hit.surface) == uint16_t(Surface::road)) g *= work.job->rain->floor_share();
     const double loss = stretch_loss(hit.range_m, work.job->errors->beam_rad, hit.cos_incidence);
     out.push_back({hit.range_m, g, g * loss, g * receiver_loss(loss), hit.surface});
     share *= 1 - hit.coverage;
@@ -327,6 +328,23 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
   }
 }
 
+// Drops before the surfaces, and the loss by all the rain on the way.
+void rain_on(const ScanJob& job, std::span<const DropReturn> drops, double far_m, std::vector<Contribution>& echoes) {
+  const double loss_pm = 2 * job.rain->extinction_pm();
+  double left = 1;
+  const std::size_t surfaces = echoes.size();
+  for (const DropReturn& drop : drops) {
+    if (drop.range_m > far_m) break;
+    const double g = left * drop.share * job.rain->drop_reflectivity;
+    echoes.push_back({drop.range_m, g, g, g * gain_near(drop.range_m), uint16_t(Surface::rain)});
+    left *= square(1 - drop.share);
+  }
+  for (std::size_t i = 0; i < surfaces; ++i) {
+    const double passed = left * exp_of(-loss_pm * echoes[i].range_m);
+    echoes[i].g *= passed, echoes[i].peak *= passed, echoes[i].noticed *= passed;
+  }
+}
+
 struct Bloom {
   int32_t beam;
   double range_m, g;
@@ -349,6 +367,11 @@ void finish_line(JobWork& work, int32_t number) {
   }
   std::vector<Contribution> echoes;
   std::vector<SmokeReturn> smoke;
+  std::vector<DropReturn> drops[kHeads];
+  std::size_t next_drop[kHeads] = {};
+  for (int32_t head = 0; head < kHeads; ++head)
+    catch_drops(*job.rain, {kShotStep + job.heads.overlap_rad / 2 / kShots, beam_rad, kShots}, job.errors->range_min_m,
+                job.random.branch(uint64_t(number * kHeads + head) + (uint64_t(1) << 42)), drops[head]);
   PackHits met;
   line.out.beams = kBeams;
   line.out.lines = 1;
@@ -377,18 +400,25 @@ void finish_line(JobWork& work, int32_t number) {
         echoes.push_back({bloom.range_m, bloom.g * exp_of(-2.5 * shots), bloom.g * exp_of(-2.5 * shots),
                           bloom.g * exp_of(-2.5 * shots), uint16_t(Surface::blooming)});
     }
+    double far = job.errors->range_max_m;
+    if (!echoes.empty()) far = std::min(far, echoes.front().range_m);
+    if (!middle.empty()) far = std::min(far, middle.back().range_m);  // also the own car, reported or not
     if (!work.smoke.puffs.empty()) {
       smoke.clear();
       const Ray ray = make_ray(work, line, beam, 0, 0);
-      double far = job.errors->range_max_m;
-      if (!echoes.empty()) far = std::min(far, echoes.front().range_m);
-      if (!middle.empty()) far = std::min(far, middle.back().range_m);  // also the own car, reported or not
       const double left = cross_smoke(work.smoke, ray.origin_map, ray.direction_map, far, dice, smoke);
       for (Contribution& echo : echoes) echo.g *= left, echo.peak *= left, echo.noticed *= left;
       for (const SmokeReturn& s : smoke) {
         const double g = kSmokeReflectivity * s.share, peak = g * kPulse / (kPulse + s.depth_m);
         echoes.push_back({s.range_m, g, peak, peak, uint16_t(Surface::smoke_dust)});
       }
+    }
+    if (job.rain->falls()) {
+      const std::vector<DropReturn>& list = drops[beam % kHeads];
+      std::size_t& next = next_drop[beam % kHeads];
+      const std::size_t first = next;
+      while (next < list.size() && list[next].shot == beam / kHeads) ++next;
+      rain_on(job, {list.data() + first, next - first}, far, echoes);
     }
     merge_echoes(echoes);
     emit(work, line, number, beam, echoes, dice, line.out);

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "tools/sim/rain.h"
 #include "tools/sim/workers.h"
 #include "tools/sim/world.h"
 
@@ -45,6 +46,7 @@ struct ScanJob {
   const World* world;
   const ScanPattern* pattern;
   const SensorErrors* errors;
+  const Rain* rain;
   Mounting mounting;
   Heads heads;
   const OwnCarMask* own_car;

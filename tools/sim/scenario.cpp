@@ -103,6 +103,15 @@ void read_localisation(LocalisationErrors& e, TomlReader& toml) {
   toml.finish();
 }
 
+Rain read_rain(TomlReader& toml) {
+  Rain rain;
+  rain.mm_per_h = toml.number("mm_per_h", 0.1, 200);
+  rain.drop_reflectivity = toml.number_or("drop_reflectivity", 0.001, 1, rain.drop_reflectivity);
+  rain.wet_floor = toml.number_or("wet_floor", 0.05, 1, rain.wet_floor);
+  toml.finish();
+  return rain;
+}
+
 CarPlan read_car(TomlReader& toml) {
   CarPlan car;
   car.name = toml.text("name");
@@ -275,6 +284,10 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
   if (const toml::table* table = toml.only_table("localisation")) {
     TomlReader reader(path, *table, "localisation");
     read_localisation(scenario.localisation, reader);
+  }
+  if (const toml::table* table = toml.only_table("rain")) {
+    TomlReader reader(path, *table, "rain");
+    scenario.rain = read_rain(reader);
   }
   for_each("car", [&](TomlReader& reader) {
     scenario.cars.push_back(read_car(reader));

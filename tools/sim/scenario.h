@@ -12,6 +12,7 @@
 #include "tools/sim/ego_localisation.h"
 #include "tools/sim/mesh.h"
 #include "tools/sim/motion.h"
+#include "tools/sim/rain.h"
 #include "tools/sim/scan_pattern.h"
 
 namespace overtake::sim {
@@ -64,6 +65,7 @@ struct Scenario {
   LocalisationErrors localisation;
   std::vector<CarPlan> cars;
   std::vector<Puffs> puffs;
+  Rain rain;
   std::vector<Debris> debris;
   std::vector<Reflectors> reflectors;
   Verge verge;
