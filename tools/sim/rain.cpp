@@ -9,9 +9,9 @@
 namespace overtake::sim {
 namespace {
 
-constexpr double kFarthest = 15;              // m
-constexpr int32_t kShells = 10;               // of range: each has its own smallest drop
-constexpr double kSlab = 0.75;                // half height of the space that is searched, in widths of the beam
+constexpr double kFarthest = 15;                // m
+constexpr int32_t kShells = 10;                 // of range: each has its own smallest drop
+constexpr double kSlab = 0.75;                  // half height of the space that is searched, in widths of the beam
 constexpr double kFaintest = kThreshold - 3.5;  // one of 4,300 weaker returns would be detected
 
 double power_of(double base, double exponent) { return exp_of(exponent * log_of(base)); }

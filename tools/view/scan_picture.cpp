@@ -68,7 +68,7 @@ io::Picture draw_angles(const Angles& angles, const std::vector<Rgb>& colors, co
 Rgb surface_color(uint16_t surface) {
   static constexpr Rgb kColors[] = {{0, 0, 0},       {95, 95, 105},  {70, 130, 60},   {200, 200, 210}, {150, 140, 120},
                                     {60, 170, 255},  {40, 80, 160},  {255, 160, 40},  {140, 90, 60},   {200, 90, 200},
-                                    {180, 230, 230}, {255, 120, 90}, {255, 255, 255}, {255, 40, 60},  {250, 250, 120}};
+                                    {180, 230, 230}, {255, 120, 90}, {255, 255, 255}, {255, 40, 60},   {250, 250, 120}};
   static constexpr Rgb kCars[] = {{255, 40, 60}, {255, 225, 40}, {60, 240, 90}, {255, 100, 220}};
   if (surface >= uint16_t(sim::Surface::car)) return kCars[(surface - uint16_t(sim::Surface::car)) % std::size(kCars)];
   return surface < std::size(kColors) ? kColors[surface] : Rgb{255, 255, 255};
