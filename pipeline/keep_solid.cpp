@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What has the size of a car and is no solid body of one: what drop_smoke leaves of smoke, a piece of road whose height
-// was misjudged, and, where nothing else tells it, a sign beside the road.
+// What has the size of a car and is no solid body of one: rain, what drop_smoke leaves of smoke, a piece of road whose
+// height was misjudged, and, where nothing else tells it, a sign beside the road.
 #include <cmath>
 
 #include "core/math.h"
@@ -143,14 +143,11 @@ bool goes_on_as_ground(const StageContext& context, const Frame& frame, int32_t 
 // Rows that hit an upright body are as far apart on it as the beams are; on flat ground they have one height. Of an
 // object of one row, the next row went over it: far away on a road whose height is not known, what is lower than the
 // tyres of a car is ground.
-bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
+bool is_ground(const StageContext& context, const Frame& frame, int32_t row, const PixelView& view,
+               const PixelBox& pixels) {
   constexpr float kRise = 0.4f;  // of what the rows span upright
   constexpr float kNear_m = 30.0f, kFar_m = 40.0f;
   const FrameClusterTable& merged = frame.merged;
-  const int32_t s = merged.main_sensor[row];
-  const PixelView view(context.sensors[s], frame.sensors[s]);
-  const PixelBox pixels = main_pixels(frame, row, view);
-  if (pixels.row_high < 0) return false;
   const int32_t rows = pixels.row_high - pixels.row_low;
   if (goes_on_as_ground(context, frame, row, rows)) return true;
   if (rows == 1 && merged.nearest_m[row] < kFar_m && is_near_slab(context, frame, row, pixels.row_low)) return true;
@@ -160,6 +157,31 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;
   return merged.max_z_m[row] - merged.min_z_m[row] < kRise * row_m * float(rows) && is_flat(context, frame, row);
+}
+
+// Whether the sensor looks through a near candidate: most pixels between its points show what lies behind it, or
+// nothing. So do drops of rain and of spray that are one cluster. What a body does not show, a nearer one hides.
+bool is_see_through(const Frame& frame, int32_t row, const PixelView& view, const PixelBox& pixels) {
+  constexpr float kNear_m = 40.0f;  // farther away, dark parts of a car may return nothing
+  constexpr float kFill = 0.15f;    // of a car's box, at least
+  const FrameClusterTable& merged = frame.merged;
+  if (!(merged.nearest_m[row] < kNear_m)) return false;
+  int32_t points = 0;
+  const SensorPart& part = frame.sensors[merged.main_sensor[row]];
+  for_each_member(frame, row, [&](const SensorPart& own, int32_t cluster) {
+    if (&own == &part) points += own.clusters.point_count[cluster];
+  });
+  if (float(points) >= kFill * float(pixels.area())) return false;
+  return view.find_fill(pixels, points, merged.nearest_m[row]) < kFill;
+}
+
+bool is_no_body(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
+  const int32_t s = frame.merged.main_sensor[row];
+  const PixelView view(context.sensors[s], frame.sensors[s]);
+  const PixelBox pixels = main_pixels(frame, row, view);
+  const bool has_pixels = pixels.row_high >= 0;
+  return (has_pixels && is_see_through(frame, row, view, pixels)) || is_smoke(context, frame, ground, row) ||
+         (has_pixels && is_ground(context, frame, row, view, pixels));
 }
 
 // Whether a candidate is smaller than half of a car that is seen from its side: a body of that size may be white, and
@@ -186,8 +208,7 @@ void keep_solid(const StageContext& context, Frame& frame) noexcept {
     const bool may_be_dim = bounded && inside_m < kBesideBound_m && frame.merged.nearest_m[row] > kReflectorFrom_m;
     const float bare_share = may_be_dim ? 0.0f : kBareShare;
     const bool may_be_bare = inside_m < kNearBound_m && is_small(context, frame, row);
-    if (is_smoke(context, frame, ground, row) || is_ground(context, frame, row) ||
-        (may_be_sign && is_sign(frame, ground, row)) ||
+    if (is_no_body(context, frame, ground, row) || (may_be_sign && is_sign(frame, ground, row)) ||
         ((may_be_dim || may_be_bare) && is_reflector(frame, ground, row, bare_share)))
       continue;
     frame.kept[count++] = row;

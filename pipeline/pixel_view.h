@@ -12,6 +12,8 @@ namespace overtake {
 
 struct PixelBox {
   int32_t row_low = INT32_MAX, row_high = -1, col_low = INT32_MAX, col_high = INT32_MIN;
+
+  int32_t area() const { return (row_high - row_low + 1) * (col_high - col_low + 1); }  // of a box with pixels
 };
 
 // Pixels of smoke (drop_smoke), and of clusters.
@@ -67,6 +69,9 @@ class PixelView {
   // The points in the next rows above and below that are as high over the running ground as a point, at another range;
   // none if that is lower than high_m.
   LevelPoints find_level(int32_t point, float high_m) const noexcept;
+  // The share of a cluster's pixels in its box, of at least so many points, without those of nearer objects. Of large
+  // boxes some rows and columns are looked at.
+  float find_fill(const PixelBox& box, int32_t points, float nearest_m) const noexcept;
   // Adds the pixels in the box, and in drop_smoke's window around it, whose ranges differ from range_m by 6 m at most.
   void count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept;
 

@@ -55,6 +55,26 @@ TEST_CASE("body look: what is as dark as the smoke around it and lies on no surf
   CHECK(keep_seen({{20, 0, 0, 0.02, 0.18, 0.4, 0.54, 1, 0.05f}, smoke}) == 1);  // of few points
 }
 
+TEST_CASE(
+    "body look: bright specks are no body if the sensor looks between them, unless a nearer object hides the rest") {
+  // Over the rear of a car.
+  const auto kept = [](double x_m, double size_m) {
+    std::vector<Solid> specks;
+    for (int32_t k = 0; k < 9; ++k)
+      specks.push_back(
+          {x_m + 0.2 * (k % 4), -0.8 + 0.2 * k, 0, 0.02, size_m, 0.2 + 0.3 * (k % 3), 0.2 + 0.3 * (k % 3) + size_m});
+    return keep_seen(specks);
+  };
+  CHECK(kept(10, 0.06) == 0);
+  CHECK(kept(10, 0.3) == 1);  // of a body's size
+  CHECK(kept(35, 0.1) == 0);
+  CHECK(kept(45, 0.1) == 1);  // so far away a body may be too dark to return anything
+  // Through slits between boards a tenth of a body is seen.
+  std::vector<Solid> fence = {{12, 0, 0, 0.5, 1.6, 0.1, 0.9}};
+  for (int32_t k = -4; k <= 4; ++k) fence.push_back({9, 0.4 * k, 0, 0.02, 0.36, 0.0, 1.2, 0});
+  CHECK(keep_seen(fence) == 1);
+}
+
 TEST_CASE("body look: gaps in a dark surface are no jumps of smoke") {
   // Columns of a plate, of which the beam that hits it comes back from every second column only.
   const auto kept = [](double jump_m) {
