@@ -25,8 +25,7 @@ void catch_drops(const Rain& rain, const Fan& fan, double range_min_m, Random ra
   const std::size_t begin = out.size();
   const double slope = 4100 * power_of(rain.mm_per_h, -0.21);  // 1/m
   const auto width_at = [&](double range_m) { return kAperture + fan.beam_rad * range_m; };
-  // The share of a beam's energy that a drop must have. Nearer than kFullGain it is the same at any range, but for clear
-  // air.
+  // The share of a beam's energy that a drop must have: nearer than kFullGain the same at any range, but for clear air.
   const double needed = kFaintest / (received_signal(1, kFullGain) * rain.drop_reflectivity);
   for (int32_t shell = 0; shell < kShells; ++shell) {
     const double from = kFarthest * shell / kShells, to = kFarthest * (shell + 1) / kShells;

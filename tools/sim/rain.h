@@ -6,13 +6,14 @@
 //   drops     per cubic metre with a diameter above D: N0 / L exp(-L D), N0 = 8000 / (m^3 mm), L = 4.1 R^-0.21 / mm,
 //             R in mm/h (Marshall and Palmer 1948). A drop gives a return to every beam that it lies in: beams overlap
 //             near the sensor.
-//   beam      Gaussian, full width (4 sigma) kAperture + divergence x range. A drop at its middle has 2 (D / width)^2 of
-//             its energy.
-//   return    reflectivity of a drop times that share. The front face alone returns as a white surface of 0.005 does;
-//             light that comes back from inside adds to it, less at 1550 nm, where a millimetre of water absorbs two
-//             thirds, than at 905 nm. The default is an estimate between the two.
-//   receiver  Its gain is held down nearer than kFullGain, or its own optics would blind it: only drops are so weak that
-//             this matters. With these values two beams in 100 return a drop at 20 mm/h, half of them nearer than 3 m.
+//   beam      Gaussian, full width (4 sigma) kAperture + divergence x range. A drop at its middle has 2 (D / width)^2
+//             of its energy.
+//   return    Reflectivity of a drop times that share. The front face alone returns as a white surface of 0.005 does.
+//             Light from inside adds to it, less at 1550 nm, where a millimetre of water absorbs two thirds, than at
+//             905 nm. The default is an estimate between the two.
+//   receiver  Its gain is held down nearer than kFullGain, or its own optics would blind it: only drops are so weak
+//             that this matters. With these values two beams in 100 return a drop at 20 mm/h, half of them nearer than
+//             3 m.
 //   loss      1.076 R^0.67 dB/km one way (Carbonneau and Wisely 1998)
 //
 // Every line has new drops: a drop falls 8 m/s, and the next line is milliseconds later.
