@@ -159,11 +159,12 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row, con
   return merged.max_z_m[row] - merged.min_z_m[row] < kRise * row_m * float(rows) && is_flat(context, frame, row);
 }
 
-// Whether the sensor looks through a near candidate: most pixels between its points show what lies behind it, or
-// nothing. So do drops of rain and of spray that are one cluster. What a body does not show, a nearer one hides.
+// Whether the sensor looks through a near candidate: most returns between its points come from behind it, or nearly all
+// pixels between them are empty. So it is with drops of rain or spray that are one cluster. What is not seen of a body
+// is hidden by a nearer one, or by the own wing, which returns nothing.
 bool is_see_through(const Frame& frame, int32_t row, const PixelView& view, const PixelBox& pixels) {
   constexpr float kNear_m = 40.0f;  // farther away, dark parts of a car may return nothing
-  constexpr float kFill = 0.15f;    // of a car's box, at least
+  constexpr float kOfReturns = 0.15f, kOfPixels = 0.04f;  // of a body, at least
   const FrameClusterTable& merged = frame.merged;
   if (!(merged.nearest_m[row] < kNear_m)) return false;
   int32_t points = 0;
@@ -171,8 +172,9 @@ bool is_see_through(const Frame& frame, int32_t row, const PixelView& view, cons
   for_each_member(frame, row, [&](const SensorPart& own, int32_t cluster) {
     if (&own == &part) points += own.clusters.point_count[cluster];
   });
-  if (float(points) >= kFill * float(pixels.area())) return false;
-  return view.find_fill(pixels, points, merged.nearest_m[row]) < kFill;
+  if (float(points) >= kOfReturns * float(pixels.area())) return false;
+  const BoxFill fill = view.find_fill(pixels, points, merged.nearest_m[row]);
+  return fill.of_returns < kOfReturns || fill.of_pixels < kOfPixels;
 }
 
 bool is_no_body(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {

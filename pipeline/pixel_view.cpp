@@ -132,19 +132,21 @@ LevelPoints PixelView::find_level(int32_t point, float high_m) const noexcept {
   return {find(row - 1), find(row + 1)};
 }
 
-float PixelView::find_fill(const PixelBox& box, int32_t points, float nearest_m) const noexcept {
+BoxFill PixelView::find_fill(const PixelBox& box, int32_t points, float nearest_m) const noexcept {
   constexpr int32_t kMost = 32;  // rows and columns to look at
   constexpr float kNearer_m = 0.3f;
   const int32_t rows = box.row_high - box.row_low + 1, cols = box.col_high - box.col_low + 1;
   const int32_t row_step = (rows + kMost - 1) / kMost, col_step = (cols + kMost - 1) / kMost;
-  int32_t looked_at = 0, hidden = 0;
+  int32_t looked_at = 0, hidden = 0, empty = 0;
   for (int32_t row = box.row_low; row <= box.row_high; row += row_step)
     for (int32_t col = box.col_low; col <= box.col_high; col += col_step) {
       const int32_t point = at(row, col);
       ++looked_at;
+      empty += point < 0;
       hidden += point >= 0 && range_of(point) < nearest_m - kNearer_m;
     }
-  return float(points) * float(looked_at) / max_of(float(box.area()) * float(looked_at - hidden), 1.0f);
+  const float share = float(points) * float(looked_at) / float(box.area());
+  return {share / max_of(float(looked_at - hidden - empty), 1.0f), share / max_of(float(looked_at - hidden), 1.0f)};
 }
 
 void PixelView::count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept {

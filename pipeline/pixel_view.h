@@ -21,6 +21,11 @@ struct SmokeCount {
   int32_t smoke = 0, labelled = 0;
 };
 
+// The share of a cluster in its box: of the returns, and of the pixels. Those of nearer objects do not count.
+struct BoxFill {
+  float of_returns, of_pixels;
+};
+
 // Rows of a cluster, and those that the ground beside the cluster continues without a step.
 struct LevelRows {
   int32_t rows = 0, level = 0;
@@ -69,9 +74,8 @@ class PixelView {
   // The points in the next rows above and below that are as high over the running ground as a point, at another range;
   // none if that is lower than high_m.
   LevelPoints find_level(int32_t point, float high_m) const noexcept;
-  // The share of a cluster's pixels in its box, of at least so many points, without those of nearer objects. Of large
-  // boxes some rows and columns are looked at.
-  float find_fill(const PixelBox& box, int32_t points, float nearest_m) const noexcept;
+  // For a cluster of so many points. Of a large box some rows and columns are looked at.
+  BoxFill find_fill(const PixelBox& box, int32_t points, float nearest_m) const noexcept;
   // Adds the pixels in the box, and in drop_smoke's window around it, whose ranges differ from range_m by 6 m at most.
   void count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept;
 
