@@ -7,7 +7,7 @@
 // longer than the limit. Side by side, it is a width and the distance apart. A seed that is wider than a car is one car
 // across the circuit; the limits are turned for it alone, so two cars side by side never become one of those. Of a car
 // that stands at an angle to the lane the box exceeds the limits; where two sensors see it whole, both boxes are the
-// same.
+// same. A few points nearer than a body of many are rain or spray in front of it, which would move its near end.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -23,6 +23,7 @@ namespace {
 constexpr int32_t kFree = -1;
 constexpr float kApronReach_m = 40.0f;  // farther away few cars on the apron fall into several clusters
 constexpr float kSame_m = 0.3f;         // two sensors do not see the same parts of an end
+constexpr int32_t kOneIn = 50;  // points of a seed may be in a row that lies kSame_m nearer, and is no part of it
 constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
 constexpr int32_t kCells = 32;  // to a side; places that many cells apart share a list
 
@@ -173,6 +174,7 @@ class Joiner {
           continue;
         }
         link = &places_.next_in_cell[k];
+        if (is_in_front(row, seed)) continue;
         // How far apart the middles are at most: together both boxes are as large as the limits, or (is_same) longer by
         // kSame_m than the longer one.
         const float x = places_.next_x_m[k], y = places_.next_y_m[k], size_m = places_.next_size_m[k];
@@ -182,6 +184,11 @@ class Joiner {
         put_near(near_count_++, k, turn_box(places_, row, seed));
       }
     }
+  }
+
+  bool is_in_front(int32_t row, int32_t seed) const {
+    return kOneIn * merged_.point_count[row] <= merged_.point_count[seed] &&
+           merged_.nearest_m[row] < merged_.nearest_m[seed] - kSame_m;
   }
 
   void put_near(int32_t near, int32_t k, const OrientedBox& box) {

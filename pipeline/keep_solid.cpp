@@ -163,7 +163,7 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row, con
 // pixels between them are empty. So it is with drops of rain or spray that are one cluster. What is not seen of a body
 // is hidden by a nearer one, or by the own wing, which returns nothing.
 bool is_see_through(const Frame& frame, int32_t row, const PixelView& view, const PixelBox& pixels) {
-  constexpr float kNear_m = 40.0f;  // farther away, dark parts of a car may return nothing
+  constexpr float kNear_m = 40.0f;                        // farther away, dark parts of a car may return nothing
   constexpr float kOfReturns = 0.15f, kOfPixels = 0.04f;  // of a body, at least
   const FrameClusterTable& merged = frame.merged;
   if (!(merged.nearest_m[row] < kNear_m)) return false;

@@ -58,8 +58,9 @@ TEST_CASE("body look: what is as dark as the smoke around it and lies on no surf
 TEST_CASE(
     "body look: bright specks are no body if the sensor looks between them, unless a nearer object hides the rest") {
   // Over the rear of a car.
-  const auto kept = [](double x_m, double size_m) {
+  const auto kept = [](double x_m, double size_m, bool before_nothing = false) {
     std::vector<Solid> specks;
+    if (before_nothing) specks.push_back({x_m + 3, 0, 0, 0.02, 6, 0.0, 3.0, -2});
     for (int32_t k = 0; k < 9; ++k)
       specks.push_back(
           {x_m + 0.2 * (k % 4), -0.8 + 0.2 * k, 0, 0.02, size_m, 0.2 + 0.3 * (k % 3), 0.2 + 0.3 * (k % 3) + size_m});
@@ -69,6 +70,9 @@ TEST_CASE(
   CHECK(kept(10, 0.3) == 1);  // of a body's size
   CHECK(kept(35, 0.1) == 0);
   CHECK(kept(45, 0.1) == 1);  // so far away a body may be too dark to return anything
+  CHECK(kept(10, 0.06, true) == 0);
+  CHECK(kept(10, 0.11) == 0);
+  CHECK(kept(10, 0.11, true) == 1);  // the bright parts of a body that is black, or in the shadow of the own wing
   // Through slits between boards a tenth of a body is seen.
   std::vector<Solid> fence = {{12, 0, 0, 0.5, 1.6, 0.1, 0.9}};
   for (int32_t k = -4; k <= 4; ++k) fence.push_back({9, 0.4 * k, 0, 0.02, 0.36, 0.0, 1.2, 0});
