@@ -34,6 +34,7 @@ int32_t count_surface(const SimFrame& frame, Surface surface) {
 }
 
 constexpr uint64_t kGoldenFrame = 18411656268966428040u;  // scenario overtake, seed 11, frame 1
+constexpr uint64_t kGoldenRain = 4190095563275138102u;    // scenario rain, seed 11, frame 1
 
 uint64_t hash_of(const SimFrame& frame) {
   Hash h;
@@ -122,6 +123,8 @@ TEST_CASE("sim: one seed gives one hash for any workers and order; another seed 
   CHECK(hash != hash_of(other.frame(1)));
   // The same on every compiler and machine. After an intended change of the simulator, put the new value here.
   CHECK(hash == kGoldenFrame);
+  Simulator rain(load_scenario("rain"), 11, 1, 2);
+  CHECK(hash_of(rain.frame(1)) == kGoldenRain);
 }
 
 TEST_CASE("sim: without errors every point lies on the surface of its label at its time") {

@@ -9,17 +9,19 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
-#include <algorithm>
 #include <cstdint>
+#include <optional>
 
 namespace overtake::sim {
 
 class Workers {
  public:
   explicit Workers(int32_t count)  // 0: one per CPU
-      : limit_(Limit::max_allowed_parallelism,
-               std::max(std::size_t(std::max(count, 1)), Limit::active_value(Limit::max_allowed_parallelism))),
-        arena_(count > 0 ? count : oneapi::tbb::task_arena::automatic) {}
+      : arena_(count > 0 ? count : oneapi::tbb::task_arena::automatic) {
+    const std::size_t threads = std::size_t(arena_.max_concurrency());
+    if (threads > Limit::active_value(Limit::max_allowed_parallelism))
+      more_.emplace(Limit::max_allowed_parallelism, threads);
+  }
 
   // Calls body(0..count-1), each once; returns when all are done. Rethrows the first exception; the other indices may
   // then be left out.
@@ -31,8 +33,8 @@ class Workers {
 
  private:
   using Limit = oneapi::tbb::global_control;
-  Limit limit_;  // also more threads than CPUs
-  oneapi::tbb::task_arena arena_;
+  oneapi::tbb::task_arena arena_;  // starts no thread before its first use
+  std::optional<Limit> more_;      // more threads than CPUs
 };
 
 }  // namespace overtake::sim
