@@ -58,10 +58,10 @@ TEST_CASE("body look: what is as dark as the smoke around it and lies on no surf
 TEST_CASE(
     "body look: bright specks are no body if the sensor looks between them, unless a nearer object hides the rest") {
   // Over the rear of a car.
-  const auto kept = [](double x_m, double size_m, bool before_nothing = false) {
+  const auto kept = [](double x_m, double size_m, bool before_nothing = false, int32_t step = 1) {
     std::vector<Solid> specks;
     if (before_nothing) specks.push_back({x_m + 3, 0, 0, 0.02, 6, 0.0, 3.0, -2});
-    for (int32_t k = 0; k < 9; ++k)
+    for (int32_t k = 0; k < 9; k += step)
       specks.push_back(
           {x_m + 0.2 * (k % 4), -0.8 + 0.2 * k, 0, 0.02, size_m, 0.2 + 0.3 * (k % 3), 0.2 + 0.3 * (k % 3) + size_m});
     return keep_seen(specks);
@@ -69,7 +69,8 @@ TEST_CASE(
   CHECK(kept(10, 0.06) == 0);
   CHECK(kept(10, 0.3) == 1);  // of a body's size
   CHECK(kept(35, 0.1) == 0);
-  CHECK(kept(45, 0.1) == 1);  // so far away a body may be too dark to return anything
+  CHECK(kept(39, 0.14, false, 2) == 0);
+  CHECK(kept(41, 0.14, false, 2) == 1);  // so far away a body may be too dark to return anything
   CHECK(kept(10, 0.06, true) == 0);
   CHECK(kept(10, 0.11) == 0);
   CHECK(kept(10, 0.11, true) == 1);  // the bright parts of a body that is black, or in the shadow of the own wing
