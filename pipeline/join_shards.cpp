@@ -21,9 +21,8 @@ namespace overtake {
 namespace {
 
 constexpr int32_t kFree = -1;
-constexpr float kApronReach_m = 40.0f;    // farther away few cars on the apron fall into several clusters
-constexpr float kSame_m = 0.3f;           // two sensors do not see the same parts of an end
-constexpr int32_t kFew = 8, kOneIn = 50;  // points; of a seed may be in a row that is no part of it
+constexpr float kApronReach_m = 40.0f;  // farther away few cars on the apron fall into several clusters
+constexpr float kSame_m = 0.3f;         // two sensors do not see the same parts of an end
 constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
 constexpr int32_t kCells = 32;  // to a side; places that many cells apart share a list
 
@@ -186,9 +185,13 @@ class Joiner {
     }
   }
 
+  // Whether a row is rain or spray in front of a seed, as their sensor sees them: it has few points, and the seed many
+  // times as many.
   bool is_in_front(int32_t row, int32_t seed) const {
+    constexpr int32_t kFew = 8, kTimes = 50;
     const int32_t points = merged_.point_count[row];
-    return points <= kFew && kOneIn * points <= merged_.point_count[seed] &&
+    return points <= kFew && kTimes * points <= merged_.point_count[seed] &&
+           merged_.main_sensor[row] == merged_.main_sensor[seed] &&
            merged_.nearest_m[row] < merged_.nearest_m[seed] - kSame_m;
   }
 

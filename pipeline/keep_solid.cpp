@@ -168,12 +168,15 @@ bool is_see_through(const Frame& frame, int32_t row, const PixelView& view, cons
   const FrameClusterTable& merged = frame.merged;
   if (!(merged.nearest_m[row] < kNear_m)) return false;
   int32_t points = 0;
+  float nearest_m = kNear_m;
   const SensorPart& part = frame.sensors[merged.main_sensor[row]];
   for_each_member(frame, row, [&](const SensorPart& own, int32_t cluster) {
-    if (&own == &part) points += own.clusters.point_count[cluster];
+    if (&own != &part) return;
+    points += own.clusters.point_count[cluster];
+    nearest_m = min_of(nearest_m, own.clusters.nearest_m[cluster]);
   });
   if (float(points) >= kOfReturns * float(pixels.area())) return false;
-  const BoxFill fill = view.find_fill(pixels, points, merged.nearest_m[row]);
+  const BoxFill fill = view.find_fill(pixels, points, nearest_m);
   return fill.of_returns < kOfReturns || fill.of_pixels < kOfPixels;
 }
 

@@ -244,11 +244,11 @@ TEST_CASE("join_shards: with a negative bound nothing is joined on the circuit o
 }
 
 TEST_CASE("join_shards: a few points in front of a body of many are not a part of it") {
-  const auto rows_of = [](float x_m, int32_t more, float y_m = 0.0f, int32_t of_body = 100) {
+  const auto rows_of = [](float x_m, int32_t more, float y_m = 0.0f, int32_t of_body = 100, int32_t sensor = 0) {
     RulesBench bench;
     bench.add(corners(20, 21, -0.8f, 0.8f, 0.2f, 0.9f, of_body - 8));
     Spots spots(std::size_t(more), Spot{x_m, y_m, 0.5f});
-    bench.add(spots);
+    bench.add(spots, sensor);
     join(bench);
     check_tables(bench);
     return bench.frame.merged.count;
@@ -257,9 +257,10 @@ TEST_CASE("join_shards: a few points in front of a body of many are not a part o
   CHECK(rows_of(18.5f, 3) == 1);
   CHECK(rows_of(18.5f, 8, 0, 500) == 2);
   CHECK(rows_of(18.5f, 9, 0, 500) == 1);
-  CHECK(rows_of(19.8f, 2) == 1);        // as near as the body
-  CHECK(rows_of(22.0f, 2) == 1);        // behind it
-  CHECK(rows_of(21.0f, 2, 1.2f) == 1);  // beside it
+  CHECK(rows_of(18.5f, 2, 0, 100, 1) == 1);  // ranges of two sensors do not tell it
+  CHECK(rows_of(19.8f, 2) == 1);             // as near as the body
+  CHECK(rows_of(22.0f, 2) == 1);             // behind it
+  CHECK(rows_of(21.0f, 2, 1.2f) == 1);       // beside it
 }
 
 TEST_CASE("join_shards: a row inside of the group counts for its height") {

@@ -35,7 +35,7 @@ double expected_returns(const Rain& rain) {
 }
 
 struct Counts {
-  double rain = 0, far_road = 0, far_wall = 0, points = 0, bright = 0;
+  double rain = 0, far_road = 0, far_wall = 0, bright = 0;
 };
 Counts count(const Scenario& scenario) {
   Simulator simulator(scenario, 3, 1, 2);
@@ -45,7 +45,6 @@ Counts count(const Scenario& scenario) {
       for (std::size_t i = 0; i < scan.size(); ++i) {
         const float range = std::hypot(scan.x_m[i], scan.y_m[i], scan.z_m[i]);
         const Surface surface = Surface(scan.surface[i]);
-        counts.points += 1;
         counts.far_road += surface == Surface::road && range > 25;
         counts.far_wall += surface == Surface::outer_wall && range > 100;
         if (surface != Surface::rain) continue;

@@ -43,6 +43,8 @@ struct Contribution {
   double peak;        // part of g at the peak of the pulse: the reported intensity
   double noticed;     // part of g to which the receiver responds
   uint16_t surface;
+
+  void keep(double part) { g *= part, peak *= part, noticed *= part; }
 };
 
 struct JobWork {
@@ -55,9 +57,11 @@ struct JobWork {
 double shot_share(int32_t shot) { return double(shot) / kShots; }
 
 // Both heads sweep half of their overlap more than the half of the field of view.
+double shot_step(const ScanJob& job) { return kShotStep + job.heads.overlap_rad / 2 / kShots; }
+
 double azimuth_of(const ScanJob& job, int32_t beam) {
-  const double more = job.heads.overlap_rad / 2;
-  return kAzimuthLeft - (beam % kHeads) * (60 * kDegree - more) - (beam / kHeads + 0.5) * (kShotStep + more / kShots);
+  return kAzimuthLeft - (beam % kHeads) * (60 * kDegree - job.heads.overlap_rad / 2) -
+         (beam / kHeads + 0.5) * shot_step(job);
 }
 
 double elevation_of(const ScanJob& job, const LineWork& line, int32_t beam) {
@@ -339,10 +343,7 @@ void rain_on(const ScanJob& job, std::span<const DropReturn> drops, double far_m
     echoes.push_back({drop.range_m, g, g, g * gain_near(drop.range_m), uint16_t(Surface::rain)});
     left *= square(1 - drop.share);
   }
-  for (std::size_t i = 0; i < surfaces; ++i) {
-    const double passed = left * exp_of(-loss_pm * echoes[i].range_m);
-    echoes[i].g *= passed, echoes[i].peak *= passed, echoes[i].noticed *= passed;
-  }
+  for (std::size_t i = 0; i < surfaces; ++i) echoes[i].keep(left * exp_of(-loss_pm * echoes[i].range_m));
 }
 
 struct Bloom {
@@ -370,7 +371,7 @@ void finish_line(JobWork& work, int32_t number) {
   std::vector<DropReturn> drops[kHeads];
   std::size_t next_drop[kHeads] = {};
   for (int32_t head = 0; head < kHeads; ++head)
-    catch_drops(*job.rain, {kShotStep + job.heads.overlap_rad / 2 / kShots, beam_rad, kShots}, job.errors->range_min_m,
+    catch_drops(*job.rain, {shot_step(job), beam_rad, kShots}, job.errors->range_min_m,
                 job.random.branch(uint64_t(number * kHeads + head) + (uint64_t(1) << 42)), drops[head]);
   PackHits met;
   line.out.beams = kBeams;
@@ -407,7 +408,7 @@ void finish_line(JobWork& work, int32_t number) {
       smoke.clear();
       const Ray ray = make_ray(work, line, beam, 0, 0);
       const double left = cross_smoke(work.smoke, ray.origin_map, ray.direction_map, far, dice, smoke);
-      for (Contribution& echo : echoes) echo.g *= left, echo.peak *= left, echo.noticed *= left;
+      for (Contribution& echo : echoes) echo.keep(left);
       for (const SmokeReturn& s : smoke) {
         const double g = kSmokeReflectivity * s.share, peak = g * kPulse / (kPulse + s.depth_m);
         echoes.push_back({s.range_m, g, peak, peak, uint16_t(Surface::smoke_dust)});
