@@ -185,6 +185,8 @@ TEST_CASE("sim: the scenarios contain what their names say, and the test seeds d
   CHECK(cars("empty_track") == 1);
   CHECK(cars("three_cars") == 3);
   CHECK(cars("las_vegas_15") == 2);
+  CHECK(cars("race_start") == 12);
+  CHECK(cars("pack") == 12);
   CHECK_FALSE(load_scenario("smoke").puffs.empty());
   CHECK_FALSE(load_scenario("spin").puffs.empty());
   CHECK_FALSE(load_scenario("stopped_car").debris.empty());
@@ -211,4 +213,33 @@ TEST_CASE("sim: the scenarios contain what their names say, and the test seeds d
   CHECK(stopped.motions[1]->at(5).speed_mps < 0.01);
   CHECK(abreast > 0.5);  // seconds with a car on either side
   CHECK(behind > 5);     // seconds in the blind zone
+}
+
+TEST_CASE("sim: no two cars of a scenario touch each other") {
+  // Discs of a car's width along it, in the frame of the ego. Their gap is the cars' where they drive side by side, and
+  // up to half a car's width more at the corners.
+  struct Disc {
+    int32_t car;
+    double x, y;
+  };
+  const double gap_m = 0.2, reach_m = (kCarLengthM - kCarWidthM) / 2;
+  for (const std::string& name : builtin_scenario_names()) {
+    const Scenario scenario = load_scenario(name);
+    const World world(scenario);
+    double least_m = 99, least_at_s = 0;
+    for (double t = 0; t <= scenario.seconds; t += 0.1) {
+      std::vector<Disc> discs;
+      for (const TruthRow& row : truth_at(world, t))
+        for (double at : {-1.0, -0.5, 0.0, 0.5, 1.0})
+          discs.push_back({row.car, row.in_ego.x + at * reach_m * std::cos(row.heading_in_ego),
+                           row.in_ego.y + at * reach_m * std::sin(row.heading_in_ego)});
+      for (const Disc& a : discs)
+        for (const Disc& b : discs) {
+          const double apart_m = std::hypot(a.x - b.x, a.y - b.y) - kCarWidthM;
+          if (a.car < b.car && apart_m < least_m) least_m = apart_m, least_at_s = t;
+        }
+    }
+    INFO(name << " at " << least_at_s << " s: " << least_m << " m");
+    CHECK(least_m > gap_m);
+  }
 }
