@@ -65,8 +65,8 @@ foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg)
   install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder} COMPONENT development)
 endforeach()
 foreach(file tools/README.md tools/python/README.md tools/io/README.md tools/io/formats.def tools/sim/README.md
-             tools/evaluation/README.md tools/evaluation/SCALE.md tools/evaluation/sweep.schema.yaml tools/view/README.md
-             tools/view/web/README.md
+             tools/evaluation/README.md tools/evaluation/BEST.md tools/evaluation/FINDINGS.md tools/evaluation/SCALE.md
+             tools/evaluation/sweep.schema.yaml tools/view/README.md tools/view/web/README.md
              tools/serve/README.md tools/ros2/README.md
              tools/frame.png)
   cmake_path(GET file PARENT_PATH folder)
