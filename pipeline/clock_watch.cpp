@@ -33,8 +33,13 @@ StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
   }
   s.continued = continued;
   const bool gap = ahead >= 0 && ahead <= max_gap_ns_;
-  if (is_sensor && (gap || starts()) && majority_says(source, stamp_ns, others))
-    return gap ? take_good(source, stamp_ns) : jump(source, stamp_ns);
+  if (is_sensor && (gap || starts()) && majority_says(source, stamp_ns, others)) {
+    if (!gap) return jump(source, stamp_ns);
+    // None of the majority was wrong.
+    for (int32_t i = 0; i < kMaxSensors; ++i)
+      if (i == source || agrees(sources_[i], stamp_ns)) sources_[i].named = 0;
+    return take_good(source, stamp_ns);
+  }
   if (s.suspects == kAgreeing && has_quorum(source)) return jump(source, stamp_ns);
   if (gap || (is_sensor && starts())) {
     if (is_sensor) held_ |= 1u << source;
@@ -130,8 +135,12 @@ bool ClockWatch::starts() const noexcept {
   return std::count_if(sources_, sources_ + kMaxSensors, [](const Source& s) { return s.any; }) == 1;
 }
 
+// Whether another source's last suspect stamp is of the same time. Of a source without good stamps the last step of its
+// suspect ones tells its interval.
 bool ClockWatch::agrees(const Source& other, int64_t stamp_ns) const noexcept {
-  return other.suspects > 0 && distance_ns(other.suspect_ns, stamp_ns) <= tolerance_ns_ + interval_of(other);
+  if (other.suspects == 0) return false;
+  const int64_t interval_ns = std::max(interval_of(other), other.suspects > 1 ? other.step_ns : 0);
+  return distance_ns(other.suspect_ns, stamp_ns) <= tolerance_ns_ + interval_ns;
 }
 
 bool ClockWatch::majority_says(int32_t source, int64_t stamp_ns, const Others& others) const noexcept {

@@ -112,6 +112,37 @@ TEST_CASE("clock_watch: a sensor that was silent for long takes the clock back f
     }
 }
 
+TEST_CASE("clock_watch: sensors of any rate and phase overrule a wrong clock that had the first stamp") {
+  for (const int32_t right : {2, 3, 4})
+    for (const int64_t interval_ms : {50, 60, 100, 200, 400})
+      for (const int64_t phase : {0, 1, 2, 3})
+        for (const int64_t wrong_ms : {50, 100, 200, 400})
+          for (const int64_t ahead_ms : {37'000, 1'500, 900, -700, -1'500, -37'000}) {
+            CAPTURE(right);
+            CAPTURE(interval_ms);
+            CAPTURE(phase);
+            CAPTURE(wrong_ms);
+            CAPTURE(ahead_ms);
+            std::vector<Feed> feeds = {{right, 0, 30 * kSecond, wrong_ms * kMs, ahead_ms * kMs}};
+            for (int32_t s = 0; s < right; ++s)
+              feeds.push_back({s, (5 + interval_ms * phase * s / 4) * kMs, 30 * kSecond, interval_ms * kMs, 0});
+            const Verdicts out = classify(feeds, right + 1, kLidar);
+            for (int32_t s = 0; s < right; ++s) CHECK(out.lost[std::size_t(s) + 1] <= 3);
+          }
+}
+
+TEST_CASE("clock_watch: what overrules a wrong clock is no longer named as wrong") {
+  ClockWatch watch(3, kLidar, kLidar / 2);
+  bool is_overruled = false;
+  for (int64_t ms = 0; ms <= 305; ms += 5) {  // two right sensors in turn each 100 ms, and before them one 0.7 s behind
+    if (ms % 50 == 0) watch.classify(2, (ms - 700) * kMs);
+    if (ms % 100 == 5) is_overruled = watch.classify(ms % 200 == 5 ? 0 : 1, ms * kMs) == StampVerdict::kGood;
+    CHECK(is_overruled == (ms == 305));
+    if (ms == 300) CHECK(watch.suspect_mask() == 3u);
+  }
+  CHECK(watch.suspect_mask() == 0u);
+}
+
 TEST_CASE("clock_watch: when all sensors stop, detections go on at any rate; those of a new source wait for 24") {
   for (const int64_t hz : {2, 5, 10, 13, 20, 30, 60, 100})
     for (int64_t phase = 0; phase < 4; ++phase) {
