@@ -192,9 +192,12 @@ bool Detector::stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexc
 void Detector::give_up_scan(Stream& stream, int32_t sensor) {
   const Stamp last = stream.last;
   const SensorRhythm rhythm = stream.rhythm;
+  int64_t& recent_ns = stream.recent_ns[stream.recent_count % Stream::kRecent];
+  const int64_t oldest_ns = recent_ns;
   close_scan(stream, sensor, false, -1);
   stream.last = last;
   stream.rhythm = rhythm;
+  recent_ns = oldest_ns;
   --stream.recent_count;
 }
 

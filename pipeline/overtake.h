@@ -63,10 +63,12 @@ typedef enum ovt_status {
   OVT_BAD_ARGUMENT = 1,     /* a null pointer, or a count, stride, type or value out of bounds; nothing changed */
   OVT_BAD_VERSION = 2,      /* header and library do not match, or struct_size is unknown; nothing changed */
   OVT_UNKNOWN_NAME = 3,     /* no preset, parameter or ISA of that name */
-  OVT_OUT_OF_RANGE = 4,     /* a parameter's value is outside its limits */
+  OVT_OUT_OF_RANGE = 4,     /* a parameter's value is outside its limits; at create also values that do not fit
+                               together: an even smooth.window, smooth.order not below it, tracker hits above
+                               tracker.window, more than 1,000 points of a path */
   OVT_NO_MEMORY = 5,        /* the allocator had no memory; nothing was kept */
   OVT_NO_THREADS = 6,       /* the system refused a thread */
-  OVT_NO_FRAME = 7,         /* the reader has no (new) finished frame */
+  OVT_NO_FRAME = 7,         /* the reader has no (new) finished frame, or the frame no scan of that sensor */
   OVT_DUPLICATE = 8,        /* stamp equal to the last one of that sensor or stream, or a piece with a point that
                                came before; counted, not used */
   OVT_LATE = 9,             /* ego pose older than the last one, or piece of a scan that ended; counted, not used */
@@ -187,7 +189,8 @@ typedef struct ovt_params {
   double lane_tracker_most_score, lane_tracker_coast_s, lane_tracker_coast_sigma_m;
   int32_t lane_tracker_confirm_hits, lane_tracker_tentative_misses;
   double lane_tracker_path_turn_s, lane_tracker_path_speed, lane_tracker_path_across;
-  double running_ground_free_level_m; /* running_ground.free_level_m  level_reach_m without a map or a pose */
+  double running_ground_free_level_m; /* running_ground.free_level_m  level_reach_m without a map or a pose on
+                                        it (at most 1 m outside of the circuit, 100 ms away) */
   double pose_profile_points;         /* pose.profile_points */
   double frame_scan_limit;           /* frame.scan_limit           periods after which a scan in pieces is closed; 0:
                                         never. Read by every preset */
@@ -221,7 +224,8 @@ OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const
 /* Names of the presets, "paper" first; static memory. NULL when index is negative or not smaller than their number. */
 OVT_API const char* ovt_preset_name(int32_t index);
 OVT_API int32_t ovt_param_count(void);
-/* Non-zero when the method of `params` (null: paper) reads parameter `index`. Other parameters have no effect. */
+/* Non-zero when the method of `params` (null: paper) reads parameter `index`. Other parameters have no effect, but
+ * ovt_create_detector checks their limits, too. */
 OVT_API int32_t ovt_reads_param(const ovt_params* params, int32_t index);
 OVT_API ovt_status ovt_describe_param_sized(int32_t index, ovt_param_info* out, size_t out_size);
 static inline ovt_status ovt_describe_param(int32_t index, ovt_param_info* out) {
@@ -239,7 +243,7 @@ typedef struct ovt_sensor_def {
   size_t struct_size;
   double x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad;        /* T_vehicle_sensor; z must point up (an inverted
                                                                 sensor: turn its points by half a turn about x) */
-  int32_t rows, cols;                /* image size; any, default 32 x 857 */
+  int32_t rows, cols;                /* image size; 1 to 1,024 and 1 to 16,384, default 32 x 857 */
   double azimuth_left_rad, azimuth_right_rad;                /* left and right edge of the image, default +-60 deg */
   int32_t wraps;                     /* non-zero: the columns cover a full turn from azimuth_left on */
   double range_min_m, range_max_m;   /* points outside are dropped */
@@ -268,7 +272,7 @@ OVT_API ovt_status ovt_map_def_init(ovt_map_def* def, size_t struct_size);
 
 typedef enum ovt_push_policy {
   OVT_PUSH_REPLACE = 0,   /* live: the newest scan replaces a pending one; the producer never blocks */
-  OVT_PUSH_WAIT = 1       /* replay: a push waits until there is room; nothing is dropped */
+  OVT_PUSH_WAIT = 1       /* replay: a push waits until there is room; no scan is replaced */
 } ovt_push_policy;
 
 enum {                               /* ovt_detector_def.memory: what to request; ovt_runtime_info: what was granted */
@@ -287,16 +291,18 @@ typedef struct ovt_reader ovt_reader;
 /* Called by ovt_create_... only. Null, or a C++ exception: no memory. */
 typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
-/* Logs one sentence per call, on the thread where the event happens. Logs create-time information (ISA, workers,
- * refused requests), and later each caught exception, the first refused call and each frame that hangs. Events of
- * scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
+/* Logs one sentence per call, on the thread where the event happens: several threads may call it at the same time. It
+ * calls no function of the detector. Logs create-time information (ISA, workers, refused requests), and later each
+ * exception of a stage, the first refused call (and of each sensor the first one of two producers) and that frames
+ * hang. Events of scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished the frame: with
  * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library, or the
  * one that calls ovt_destroy_detector. The tracks of the next frame wait for on_frame, and other readers see the frame
  * only afterwards. The reader is valid during the call only and is positioned at that frame. From on_frame call only
- * ovt_read_...(reader): ovt_push_scan, ovt_push_detections, ovt_advance and ovt_flush of the same detector return
- * OVT_WRONG_THREAD, and ovt_destroy_detector would wait for itself. */
+ * ovt_read_...(reader) and ovt_set_path_horizon: ovt_push_scan, ovt_push_points, ovt_end_scan, ovt_push_detections,
+ * ovt_advance and ovt_flush of the same detector return OVT_WRONG_THREAD, and ovt_destroy_detector would wait for
+ * itself. */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you need. Create copies everything. */
@@ -317,9 +323,9 @@ typedef struct ovt_detector_def {
                                         frame costs 0.2 ms with 64 of each, 5 with 256, 35 with 1,024, 140 with 4,096
                                         (bench/README.md); 256 spread over 600 m x 600 m 0.5. Up to five times as much
                                         if detections are at unrelated places in each frame. See tracker.work_limit */
-  int32_t frames_in_flight;          /* frames in work at once, 3 */
+  int32_t frames_in_flight;          /* frames in work at once, 3; one more while a frame waits for its sensors */
   int32_t reader_capacity;           /* readers that may exist at once, 4 */
-  int32_t ego_pose_capacity;         /* ego poses kept, 1,024 */
+  int32_t ego_pose_capacity;         /* ego poses kept, 1,024; at least 512 */
   ovt_alloc_fn* alloc;               /* NULL: the C library's */
   ovt_free_fn* free;
   ovt_log_fn* log;                   /* NULL: silent */
@@ -327,7 +333,8 @@ typedef struct ovt_detector_def {
   void* user;
   /* since 0.2 */
   const int32_t* cpus;               /* the library's threads run on these CPUs only: worker i on cpus[i % cpu_count],
-                                        the intake on any. NULL: any CPU. worker_count 0 then is one per listed CPU.
+                                        the intake on any. NULL: any CPU. worker_count 0 then is one per listed CPU,
+                                        at least two.
                                         Workers come from a pool of the process: between frames other work of that
                                         pool may run on them, with these CPUs and this policy */
   int32_t cpu_count;
@@ -341,7 +348,8 @@ typedef struct ovt_detector_def {
                                         for longer; 0: never; default 1 s. No effect with worker_count 1, where the
                                         caller waits for the frame */
   int32_t keep_images;               /* non-zero, the default: a frame keeps every image for ovt_read_image; 0: only
-                                        OVT_IMAGE_PIXEL_POINT. Each worker then reuses one scratch copy of the others,
+                                        OVT_IMAGE_PIXEL_POINT, and with preset best OVT_IMAGE_HEIGHT. Each worker then
+                                        reuses one scratch copy of the others,
                                         which stays in its cache: less time, and less memory unless workers are many */
   int32_t stream;                    /* non-zero: the first steps of the segmentation run in ovt_push_points, while the
                                         pieces of a scan arrive; takes more memory. 0, the default: all work begins with
@@ -385,9 +393,9 @@ OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_
                                                size_t error_size);
 /* Order of a shut-down: stop the producers, ovt_flush if readers need the last frames, destroy the readers, destroy the
  * detector. NULL is allowed. Finishes all frames of the scans and detections that were pushed, also the open frame (not
- * scans in pieces that are not ended): on_frame is called for them, so `user` must outlive this call. Readers that
- * still exist stay valid until destroyed, but get no new frames; with the def's alloc and free, `user` must outlive the
- * last of them, too. */
+ * scans in pieces that are not ended, nor those that are held because of their stamp): on_frame is called for them, so
+ * `user` must outlive this call. Readers that still exist stay valid until destroyed, but get no new frames; with the
+ * def's alloc and free, `user` must outlive the last of them, too. */
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* What create granted of the def's requests. worker_count is smaller than requested when something else in the process
@@ -421,8 +429,8 @@ typedef struct ovt_column {
 } ovt_column;
 
 /* One member of an array of records: scan.x = OVT_FIELD(points, count, x, OVT_F32). `records` is the array, or a
- * pointer to its first record; it must not be null, and the macro evaluates it three times. size_bytes reaches from the
- * member of the first record to the end of the last record; 0 if count is 0 or less. */
+ * pointer to its first record; it must not be null, and the macro evaluates it more than once. size_bytes reaches from
+ * the member of the first record to the end of the last record; 0 if count is 0 or less. */
 static inline ovt_column ovt_make_column(const void* records, const void* member, int64_t count, size_t record_size,
                                          int32_t type) {
   ovt_column column;
@@ -438,8 +446,8 @@ static inline ovt_column ovt_make_column(const void* records, const void* member
 
 /* One scan of one sensor, sensor frame.
  *   x, y, z      float32 or float64
- *   layer        any integer, or float32 that holds integers; 0..65535. The id of the point's ring
- *   intensity    any type
+ *   layer        any integer, or floats that hold integers; 0..65535. The id of the point's ring
+ *   intensity    any type, optional; absent: 0
  *   time         any type, optional: the point's offset after the scan's stamp, in units of time_unit_ns. Beyond
  *                +-2.147 s it counts as 0, like an absent time. So subtract the stamp from times since 1970 or since
  *                midnight before: without offsets a scan is not corrected for the motion during it */
@@ -467,8 +475,10 @@ static inline ovt_points ovt_default_points(void) {
  *   equal to the sensor's last stamp              not used: OVT_DUPLICATE
  *   equal to an earlier one that was used, at     not used: OVT_OK, counted as `dup`
  *   most 0.5 s older than the newest stamp
+ *   within frame.tolerance_s of the first stamp   used: joins that frame
+ *   of the open frame, which lacks the sensor
  *   up to 0.5 s older than the newest stamp       used: a separate frame, which the tracker inserts at its stamp, up to
- *                                                 32 iterations back (frames and pushed detections): beyond that its
+ *                                                 31 iterations back (frames and pushed detections): beyond that its
  *                                                 measurements are late (ovt_stats.measurements_late)
  *   older than that                               not used: counted as `late`
  *   ahead of the other sensors by more than       held until the other sensors have delivered newer stamps. Used when
@@ -479,16 +489,21 @@ static inline ovt_points ovt_default_points(void) {
  *                                                 sensor is good (if they went on without it before, or if it is
  *                                                 new: after 24 of its stamps). Else counted as `late`;
  *                                                 suspect_mask names the sensor. ovt_flush ends the wait:
- *                                                 counted as `late`
+ *                                                 counted as `late`. Not held, but used, if the sensor came there with
+ *                                                 a stamp in each of its intervals (the others lose scans). Not held,
+ *                                                 but `late`, if it is over 1 s (3 periods, if longer) ahead of the
+ *                                                 newest stamp
  *   else                                          used
  *
  * Two sensors form no majority. If one steps ahead, it is the suspect. If two drift apart, both are used up to 0.5 s
  * less twice the sum of tolerance and period; beyond that the one ahead is the suspect.
- * After a gap of over 1 s, or when a clock went back, the library accepts the third consistent stamp in a row, if more
- * sensors report the new time than deliver good stamps (OVT_FLAG_CLOCK_JUMP: the tracker restarts). The two scans
- * before it are counted as `dropped`. Stamps are consistent if each is newer than the last by up to 1 s, or by up to
- * 10 s and half to twice the step before: so a single sensor, or without sensors a source of detections, may be as
- * slow as that, and its gaps up to twice its interval. */
+ * After a gap of over 1 s (3 periods, if longer), or when a clock went back, the library accepts the third consistent
+ * stamp in a row, if more sensors report the new time than deliver good stamps (OVT_FLAG_CLOCK_JUMP: the tracker
+ * restarts). The two scans before it are counted as `dropped`. Stamps are consistent if each is newer than the last by
+ * up to that gap, or by up to 10 s and half to twice the step before: so a single sensor, or without sensors a source
+ * of detections, may be as slow as that, and its gaps up to twice its interval. In the first two rounds of three or
+ * more sensors, while only one of them has a good stamp, the majority decides at once; and the first scan of all
+ * decides against the time of detections that were pushed before. */
 OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan);
 
 /* A scan in pieces (packets, lines), of any size and number: each call copies more points of the scan with this stamp,
@@ -513,7 +528,8 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  *
  * ovt_end_scan: point_count is the number of points that the sensor sent, so that a lost last piece is noticed; -1:
  * unknown. Not above the index of each point that came: OVT_BAD_ARGUMENT, and the scan stays open. It may be above
- * point_capacity: the missing points are only counted. OVT_LATE, not counted, if the scan ended already.
+ * point_capacity: the missing points are only counted. OVT_LATE, not counted, if the scan is over (as above).
+ * OVT_TOO_MANY if it was dropped for its points.
  * A scan that is not ended is closed, as incomplete (scans_unended), by the next scan of its sensor, by ovt_flush, when
  * ovt_advance reports a time that is frame.scan_limit periods after its stamp, or when the stamps of another sensor's
  * scans, those that were pushed whole or ended by ovt_end_scan, have advanced by as much since its first piece. From
@@ -535,15 +551,16 @@ typedef struct ovt_ego_pose {
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
 /* A frame uses the poses pushed before its last scan; the ground removal of preset best, which runs while scans arrive,
- * those pushed before the scan itself. Stamps must grow. The third increasing stamp in a row that is over 0.5 s older
- * means that the clock went back. A pose that is newer than the last one by more than two intervals and 10 ms (150 ms
- * while the interval is unknown) returns OVT_OK and waits for the next pose: if that one continues from it, both are
- * used, else the waiting pose is dropped. Poses that stepped ahead of the sensors by more than frame.tolerance_s plus
- * frame.period_s, beyond their usual lead, are not used while they stay ahead: frames use the earlier poses, which
- * become stale, and set OVT_SUSPECT_EGO. OVT_BAD_ARGUMENT, and the pose is not used, for values that no car's pose has:
- * x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate beyond 100 rad/s, NaN.
- * Preset best: roll and pitch both 0 mean that nothing measured them (a localisation in the plane). Such a pose tells
- * no heights of the road, and on the circuit of a map with banking it gets the attitude of a vehicle on the bank. */
+ * those pushed before the scan itself. Stamps must grow. The third increasing stamp in a row that is over 0.5 s older,
+ * or within the last step forward, means that the clock went back. A pose that is newer than the last one by more than
+ * two intervals and 10 ms (150 ms while the interval is unknown) returns OVT_OK and waits for the next pose: if that
+ * one continues from it, both are used, else the waiting pose is dropped. Poses that stepped ahead of the sensors by
+ * more than frame.tolerance_s plus frame.period_s, beyond their usual lead, are not used while they stay ahead: frames
+ * use the earlier poses, which become stale, and set OVT_SUSPECT_EGO. OVT_BAD_ARGUMENT, and the pose is not used, for
+ * values that no car's pose has: x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate
+ * beyond 100 rad/s, NaN. Preset best: roll and pitch both 0 mean that nothing measured them (a localisation in the
+ * plane). Such a pose tells no heights of the road, and on the circuit of a map with banking it gets the attitude of a
+ * vehicle on the bank. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
@@ -579,9 +596,12 @@ OVT_API ovt_status ovt_push_detections(ovt_detector* detector, const ovt_externa
  * predicts the tracks when no frame came for tracker.predict_after (OVT_FLAG_PREDICTION). The next scan of any sensor
  * closes such a frame, too, so ovt_advance is needed only when all sensors may be silent. Works the same in replay and
  * live use: the library never reads a clock for this. now_ns is in the time of the sensors' stamps: in live use,
- * subtract the usual time from a scan's stamp to its push, or frames close before their last scans come. */
+ * subtract the usual time from a scan's stamp to its push, or frames close before their last scans come. A call that
+ * closes a frame predicts nothing. With several workers and OVT_PUSH_REPLACE it does not wait, and a later time may
+ * replace this one. */
 OVT_API ovt_status ovt_advance(ovt_detector* detector, int64_t now_ns);
-/* Closes scans in pieces that are not ended and the open frame, and returns when every pushed scan is finished. */
+/* Closes scans in pieces that are not ended (not one whose producer is in a call at that moment) and the open frame,
+ * and returns when every pushed scan is finished. */
 OVT_API ovt_status ovt_flush(ovt_detector* detector);
 
 /* ---- output: readers and frames -------------------------------------------------------------------------------- */
@@ -593,12 +613,14 @@ OVT_API ovt_status ovt_create_reader(ovt_detector* detector, ovt_reader** out);
 OVT_API void ovt_destroy_reader(ovt_reader* reader);
 
 enum {                               /* ovt_frame_info.flags */
-  OVT_FLAG_NO_EGO = 1,               /* no ego pose: tracks are in the vehicle frame */
+  OVT_FLAG_NO_EGO = 1,               /* tracks are in the vehicle frame: no frame had an ego pose so far, and no rows
+                                        pushed in the map came first. See ego_known */
   OVT_FLAG_NO_MAP = 2,               /* no map: no map gate, psi_REF is the ego heading */
   OVT_FLAG_SENSOR_MISSING = 4,       /* not every sensor is in this frame (never set for pushed detections) */
-  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods (see stale_mask); one of a lower
-                                        rate than the fastest: for more than 1.5 of its own intervals */
-  OVT_FLAG_EGO_STALE = 16,           /* the ego pose is older than 100 ms */
+  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods (see stale_mask); one whose
+                                        interval is over 1.5 times that of the fastest, up to 4 periods, from its ninth
+                                        scan on: for more than 1.5 of its own intervals */
+  OVT_FLAG_EGO_STALE = 16,           /* the nearest ego pose is over 100 ms away in time */
   OVT_FLAG_CLOUD_DEGRADED = 32,      /* more than half of a scan's points are bad */
   OVT_FLAG_NO_DATA = 64,             /* no valid point, or a prediction: this is not "all clear" */
   OVT_FLAG_OVERFLOW = 128,           /* a capacity was reached; the nearest were kept, of clusters first those of
@@ -611,10 +633,10 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_PREDICTION = 4096,        /* made by ovt_advance: contains no sensor, the tracks are predicted */
   OVT_FLAG_EXCEPTION = 8192,         /* a stage threw. In a segmentation: the frame does not contain that sensor. In a
                                         later stage: the frame has no detections and the tracks are predicted */
-  OVT_FLAG_EGO_OFF_MAP = 16384,      /* the ego pose is outside of the circuit by more than gate.ego_margin_m (a jump, a
-                                        wrong map, the pit lane): this frame does not use the map. No map gate, psi_REF
-                                        is the ego heading, map_s_m and map_d_m are 0, and new tracks take the ego
-                                        course */
+  OVT_FLAG_EGO_OFF_MAP = 16384,      /* the ego pose is outside of the circuit by more than gate.ego_margin_m or, if
+                                        that is larger, gate.map_margin_m (a jump, a wrong map, the pit lane): this
+                                        frame does not use the map. No map gate, psi_REF is the ego heading, map_s_m and
+                                        map_d_m are 0, and new tracks take the ego course */
   OVT_FLAG_WORK_LIMIT = 32768,       /* dense clutter needed more work than tracker.work_limit. Either a late frame was
                                         not used (its rows are measurements_late), or each track was compared with the
                                         nearest detections only, and the assignment is not the cheapest */
@@ -639,17 +661,19 @@ typedef struct ovt_frame_info {
   int32_t reference;                 /* ovt_reference of the tracks */
   int32_t ego_known;                 /* non-zero: the ego pose at stamp_ns is known */
   double ego_x_m, ego_y_m, ego_yaw_rad, ego_speed_mps;
-  int32_t point_count, cluster_count, candidate_count;       /* candidates: before the map gate */
+  int32_t point_count, cluster_count, candidate_count;       /* candidates: before the map gate; best: without those
+                                        that are no solid body */
   int32_t detection_count, track_count;
   /* since 0.2 */
-  uint32_t stale_mask;               /* bit s: sensor s is silent for more than 1.5 periods: its view is unknown */
+  uint32_t stale_mask;               /* bit s: sensor s is silent (OVT_FLAG_SENSOR_STALE): its view is unknown */
   int32_t refiltered;                /* iterations that the tracker repeated because of a late stamp */
   int64_t latency_ns;                /* from the last scan's push to the tracks, by the steady clock; -1: no scan */
   int64_t tracks_stamp_ns;           /* stamp_ns, or the newest frame's stamp if this frame came out of sequence */
   double ego_off_map_m;              /* largest distance of the ego pose outside of the circuit during this frame: 0
                                         on it, and without a map or a pose; at most 1e9. See OVT_FLAG_EGO_OFF_MAP */
   int32_t gated_points, gated_size;  /* clusters with fewer than gate.min_points points; longer than a vehicle, with
-                                        preset best also wider, higher, or too high over the ground */
+                                        preset best also wider, higher, too high over the ground, or no solid body of a
+                                        car (smoke, rain, a piece of road, a sign, a reflector) */
   int32_t gated_map;                 /* candidates outside of the circuit; best: nearer to a bound than
                                         gate.inside_m and no car beyond doubt, or, where no bounds are known, at a
                                         wall or behind it */
@@ -670,8 +694,8 @@ typedef struct ovt_frame_info {
   uint32_t incomplete_mask;          /* bit s: the scan of sensor s is incomplete (ovt_push_points) */
 } ovt_frame_info;
 
-/* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is no newer one: the reader keeps its
- * frame. */
+/* Moves the reader to the latest finished frame; `out` may be null. OVT_NO_FRAME when there is no newer one: the reader
+ * keeps its frame. */
 OVT_API ovt_status ovt_next_frame_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size);
 OVT_API ovt_status ovt_read_info_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size);
 static inline ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out) {
@@ -687,7 +711,7 @@ static inline ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) 
  * Unknown values are 0, and another field tells that they are unknown:
  *   ego pose                        ovt_frame_info.ego_known
  *   map_s_m, map_d_m                OVT_FLAG_NO_MAP, OVT_FLAG_EGO_OFF_MAP, and the age of the ego pose
- *   length_m, width_m of a track    0 itself: only pushed detections made the track */
+ *   length_m, width_m of a track    0 itself: only pushed detections without a size updated the track */
 
 typedef enum ovt_view {              /* side of a car that the sensor faces: where it sees the car's end */
   OVT_VIEW_REAR = 0, OVT_VIEW_FRONT = 1, OVT_VIEW_SIDE = 2
@@ -762,13 +786,15 @@ typedef struct ovt_tracks {
   const int64_t* measured_ns;        /* stamp of the last measurement */
   const double *x_m, *y_m, *speed_mps, *course_rad, *yaw_rate_rps;
   const double* covariance[15];      /* lower triangle of P over (x, y, v, course, yaw rate), row by row */
-  const double* heading_rad;         /* paper: of the last detection, advanced by the yaw rate; in the map frame, the
-                                        course of a confirmed track in motion decides which end is the front. best:
+  const double* heading_rad;         /* paper: of the last detection, advanced by the yaw rate (of pushed rows without
+                                        one: the course); in the map frame, the course of a confirmed track in motion
+                                        decides which end is the front. best:
                                         measured, with a rate of its own, where the car's angle or its front is seen,
                                         else the course (its opposite for a car that rolls backwards) */
   const double *length_m, *width_m;  /* extent of the last detection */
-  const int32_t *age, *hits;         /* iterations of the tracker since the track's initiation; those of the last
-                                        tracker.window of them (default 20) in which it had a measurement */
+  const int32_t *age, *hits;         /* iterations of the tracker in which a sensor could see the track, its initiation
+                                        included; those of the last tracker.window of them (default 20) in which it had
+                                        a measurement */
   const int32_t* detection;          /* row of this frame's ovt_detections (of a frame of pushed detections: of the
                                         rows as pushed), -1 none */
   int32_t path_points;               /* predicted path: point k of track i at [i * path_points + k] */
@@ -822,12 +848,14 @@ typedef struct ovt_labels {
   const int32_t* label;              /* -1 none, 0 ground, clusters of this sensor from 1 */
   const uint8_t* reason;             /* 0 labelled, else why the point has no label: ovt_reason_name */
   int32_t label_count;
-  const int32_t* cluster_of_label;   /* [label_count + 1]: row in ovt_clusters, -1 none (ground, or table full) */
+  const int32_t* cluster_of_label;   /* [label_count + 1]: row in ovt_clusters, -1 none (ground, no point
+                                        left, or table full) */
   const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame, including infinity and, in x, y
                                                                 and z, NaN. Subnormal values and an intensity of NaN
                                                                 are 0 */
-  const int32_t* layer;
+  const int32_t* layer;              /* -1: not an integer in 0..65535 */
 } ovt_labels;
+/* OVT_NO_FRAME if the frame has no scan of that sensor. */
 OVT_API ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels* out, size_t out_size);
 static inline ovt_status ovt_read_labels(ovt_reader* reader, int32_t sensor, ovt_labels* out) {
   return ovt_read_labels_sized(reader, sensor, out, sizeof *out);
@@ -860,8 +888,8 @@ typedef struct ovt_image {
   size_t stride_bytes;
 } ovt_image;
 /* OVT_NO_FRAME if the frame has no scan of that sensor; OVT_NOT_KEPT without keep_images (except for
- * OVT_IMAGE_PIXEL_POINT); OVT_NOT_COMPUTED if the detector's method has no such image (paper has no
- * OVT_IMAGE_HEIGHT; best has no OVT_IMAGE_ANGLE and OVT_IMAGE_ANGLE_SMOOTH). */
+ * OVT_IMAGE_PIXEL_POINT, and with preset best OVT_IMAGE_HEIGHT); OVT_NOT_COMPUTED if the detector's method has no such
+ * image (paper has no OVT_IMAGE_HEIGHT; best has no OVT_IMAGE_ANGLE and OVT_IMAGE_ANGLE_SMOOTH). */
 OVT_API ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out,
                                         size_t out_size);
 static inline ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out) {
@@ -913,7 +941,8 @@ typedef struct ovt_stats {
   int64_t measurements, measurements_used, measurements_unborn, measurements_rejected, measurements_late;
                                      /* rows given to the tracker = used + unborn (no free slot) + rejected + late
                                         + measurements_debris */
-  /* The result for every point, cluster, detection and track of the finished frames: the sums account for all. */
+  /* The result for every point, cluster, detection and track of the finished frames: the sums account for all, but for
+     the detections of a frame whose later stages threw (OVT_FLAG_EXCEPTION). */
   int64_t points_clustered;          /* points in clusters of their sensor, also of those beyond the frame's table
                                         (overflow_clusters); each other point of `points` has a reason (points_bad),
                                         is ground, or belongs to a cluster that did not fit in its sensor's table */
@@ -923,11 +952,13 @@ typedef struct ovt_stats {
   int64_t measurements_lost;         /* detections and pushed rows not given to the tracker: no ego pose
                                         (OVT_FLAG_EGO_STALE), or a stage threw (OVT_FLAG_EXCEPTION) */
   int64_t tracks_born;               /* = tracks alive + the five below + tracks_joined */
-  int64_t tracks_missed;             /* deleted by the life cycle: too few hits */
+  int64_t tracks_missed;             /* deleted by the life cycle: too few hits; best: too low an existence score, or
+                                        too many misses in a row */
   int64_t tracks_silent;             /* ... by tracker.max_silence_s without a measurement */
   int64_t tracks_displaced;          /* ... tentative, replaced by a nearer detection when the table was full */
   int64_t tracks_unsound;            /* ... because their state was not finite any more */
-  int64_t tracks_forgotten;          /* ... by a clock jump, or by the first ego pose */
+  int64_t tracks_forgotten;          /* ... by a clock jump, or because their frame of reference changed: by the first
+                                        ego pose, or by scans without one after rows in the map */
   int64_t work_limited;              /* frames that reached tracker.work_limit (OVT_FLAG_WORK_LIMIT) */
   int64_t gated_own, gated_range;    /* as in ovt_frame_info */
   int64_t measurements_debris;       /* rows of class debris that no track took: they initiate none */

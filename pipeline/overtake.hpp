@@ -341,9 +341,9 @@ class Reader : public FrameView {
 // ---- callbacks ------------------------------------------------------------------------------------------------------
 
 // Sets the def's callbacks to those of these functions that the handler has, and the others to null: all callbacks of a
-// def get the same `user`, so they need one handler. The handler must outlive the detector.
-// Each must be noexcept: an exception cannot cross the C API. overtake.h tells which thread calls which (ovt_frame_fn,
-// ovt_log_fn, ovt_alloc_fn).
+// def get the same `user`, so they need one handler. The handler must outlive the detector, with allocate and release
+// also the last of its readers. Each must be noexcept: an exception cannot cross the C API. overtake.h tells which
+// thread calls which (ovt_frame_fn, ovt_log_fn, ovt_alloc_fn).
 //   void on_frame(ovt::FrameView)                    void log(ovt_log_level, std::string_view)
 //   void* allocate(size_t bytes, size_t alignment)   void release(void* block, size_t bytes)
 template <class Handler>

@@ -229,7 +229,7 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
                            group == "smoke" || group == "ego_heading" || group == "lane_tracker" ||
                            of_best.count(name) > 0;
     const bool absent = (only_best && group != "ego_heading") || group == "angle" || group == "smooth" ||
-                        group == "ground" || group == "repair" || name == "gate.map_margin_m";
+                        group == "ground" || group == "repair";
     bool is_read = false;  // by one preset at least
     for (int32_t k = 0; ovt_preset_name(k); ++k) {
       ovt_params of_preset;

@@ -292,7 +292,7 @@ TEST_CASE("stream: pieces of two clocks by turns leave the scans of the later on
     bench.push_piece(early, range_of((i + 2) % 4));
     if (i % 4 == 3) bench.end(later, later.count);
   }
-  CHECK(bench.stats().scans_incomplete <= 4);
+  CHECK(bench.stats().scans_incomplete <= 5);
   CHECK(bench.stats().pushed - bench.stats().scans_incomplete >= 10 + 38);
 }
 
@@ -315,5 +315,28 @@ TEST_CASE("stream: a scan after lost ones is not given up for a piece of one of 
     CHECK(push(next_ms, {100, points.count}) == OVT_OK);
     CHECK(bench.end(points, points.count) == OVT_OK);
     CHECK(bench.stats().scans_incomplete == 0);
+  }
+}
+
+TEST_CASE("stream: a scan that was given up is forgotten, however many ended before it") {
+  for (const int64_t before : {7, 8, 9, 16}) {
+    CAPTURE(before);
+    OneSensor bench;
+    bench.create();
+    ovt_points points = bench.points(0, 0);
+    const auto push = [&](int64_t scan, const Range& range) {
+      points.stamp_ns = (kStart_ms + 50 * scan) * kMs;
+      return bench.push_piece(points, range);
+    };
+    for (int64_t k = 0; k < before; ++k) {
+      CHECK(push(k, {0, points.count}) == OVT_OK);
+      CHECK(bench.end(points, points.count) == OVT_OK);
+    }
+    CHECK(push(before + 4, {0, 100}) == OVT_OK);                               // ahead: a wrong stamp
+    CHECK(push(before, {0, 100}) == OVT_OK);                                   // which this piece gives up
+    CHECK(push(before - std::min<int64_t>(before, 8), {0, 100}) == OVT_LATE);  // the eighth that ended before
+    CHECK(push(before + 4, {0, points.count}) == OVT_OK);
+    CHECK(bench.end(points, points.count) == OVT_OK);
+    CHECK(bench.stats().scans_unended == 2);
   }
 }

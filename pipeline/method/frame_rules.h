@@ -22,7 +22,7 @@ inline constexpr FrameRule merge_seams = {
 inline constexpr FrameRule find_ego_on_map = {.name = "find_ego_on_map",
                                               .stage = OVT_STAGE_GATE,
                                               .reads = columns(),
-                                              .params = "gate.ego_margin_m",
+                                              .params = "gate.ego_margin_m gate.map_margin_m",
                                               .run = &overtake::find_ego_on_map,
                                               .without_scans = true};
 
