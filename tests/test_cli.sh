@@ -180,6 +180,8 @@ printf '[[tracker]]\nconfirm_hits = 3\n[[tracker]]\nconfirm_hits = 9\n' >twice.t
 refuse "twice.toml:3: a second table [[][[]tracker]]: only one is read, as [[]tracker]" run scene --config twice.toml "${av21[@]}"
 printf '[[car]]\nname = "ego"\n[[sensors]]\n[[sensors]]\n' >two_sensors.toml
 refuse "two_sensors.toml:4: a second table [[][[]sensors]]: only one is read, *" simulate two_sensors.toml --out out
+printf '[[car]]\nname = "ego"\n[[reflector]]\ns_m = 5\nd_m = 3\ncount = 2.7\n' >post.toml
+refuse "post.toml:6: reflector: 'count' is not a whole number" simulate post.toml --out out
 refuse "no.toml: no such file" run scene --config no.toml "${av21[@]}"
 refuse "--preset: there is no preset 'worst' (there is: paper, best)" run scene --preset worst "${av21[@]}"
 refuse "preset.toml:1: there is no preset 'worst' (there is: paper, best)" run scene --config preset.toml "${av21[@]}"
@@ -251,7 +253,8 @@ refuse "double.csv: two columns are named x_m" track double.csv --out out
 refuse "tall.csv:3:7: height_m 'tall' is not a number" track tall.csv --out out
 refuse "no/trace.json: cannot be written: No such file or directory" run scene "${av21[@]}" --trace no/trace.json
 refuse "no.csv: no such file" track no.csv --out out
-for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --workers -1" "fly scene"; do
+for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --workers -1" "fly scene" \
+  "evaluate race.mcap --preset best --map scene/map.csv --out out"; do
   # shellcheck disable=SC2086
   "$overtake" $usage >stdout 2>stderr
   code=$?

@@ -186,6 +186,16 @@ TEST_CASE("differences: a grid tells what each value costs, over the configurati
   CHECK(value("gate.min_points", 5).configurations == 0);
   CHECK(std::isnan(value("gate.min_points", 5).differences[0].value));
 
+  // Sizes of tables, which every config.toml of a result has, are no parameters.
+  const Differences one = find_differences(
+      {passes("best", "", 0, 0.2),
+       passes("few", "preset = best\ngate.min_points = 4\ncapacities.clusters = 4096\ncapacities.tracks = 256", 4,
+              0.3)});
+  REQUIRE(one.parameters.size() == 2);
+  CHECK(one.parameters[0].parameter == "gate.min_points");
+  CHECK(one.parameters[1].value == 4);
+  CHECK(one.parameters[1].configurations == 1);
+
   // Without the preset the least values are the references.
   const Differences e = find_differences(
       {grid(5, 2, 4, 0.3), grid(5, 4, 4, 0.5), grid(7, 2, 8, 0.3), grid(9, 2, 0, 0.3), grid(9, 4, 0, 0.5)});

@@ -91,6 +91,12 @@ no_parts first
 expect "with --force" "$overtake" run scene --rig av21 --out first --quiet --force
 grep -q "a note of mine" first/config.toml && fail "--force did not replace config.toml"
 expect "again, ours now" "$overtake" run scene --rig av21 --out first --quiet
+expect "a view of it" "$overtake" run scene --rig av21 --out first --mcap first/view.mcap --quiet
+printf x >>first/view.mcap
+cp first/view.mcap view_copy.mcap
+refuse "first/view.mcap: exists and is not a result of Overtake, or was changed since: *--force*" run scene --rig av21 --out first --mcap first/view.mcap
+same first/view.mcap view_copy.mcap "a changed view"
+rm first/view.mcap
 mkdir mine
 for name in tracks.csv labels.csv truth.csv scan.png metrics.json rig.toml above.png; do echo "mine" >mine/$name; done
 for words in "tracks.csv run scene --rig av21" "tracks.csv track seen.csv" "labels.csv label scene --rig av21 --frame 0" \
@@ -228,6 +234,7 @@ stop INT 'long_run/tracks.csv.part' run long --rig av21 --out long_run --mcap lo
 [[ $(ls long_run) == "$(printf '%s\n' config.toml.part detections.csv.part timing.csv.part tracks.csv.part view.mcap.part)" ]] ||
   fail "an interrupted run leaves $(ls long_run)"
 grep -q '^this log is partial: interrupted after' <("$overtake" info long_run/view.mcap.part) || fail "the view is not partial"
+grep -q '"partial": "interrupted after' <("$overtake" info long_run/view.mcap.part --json) || fail "info --json: not partial"
 stop TERM 'long_label/*_labels.npy.part' label long --rig av21 --out long_label --quiet
 [[ -e long_label/labels.csv.part && -z $(compgen -G 'long_label/*.npy') ]] || fail "interrupted labels: $(ls long_label | head -3)"
 expect "over what was interrupted" "$overtake" run scene --rig av21 --out long_run --quiet

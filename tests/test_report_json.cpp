@@ -25,6 +25,7 @@ TEST_CASE("info_json: lists topics and scans; unknown values are null, invalid U
   CHECK(json.at("path") == "race.db3");
   CHECK(json.at("kind") == "rosbag2");
   CHECK(json.at("damage") == "");
+  CHECK(json.at("partial") == "");
   CHECK(json.at("first_ns") == INT64_C(1700000000123456789));
   CHECK(json.at("last_ns") == INT64_MAX);
   const Json& topic = json.at("topics").at(0);

@@ -100,6 +100,13 @@ def test_a_run_with_params_keeps_the_period_of_its_rig(tmp_path):
     assert period(params=params) == 0.04
 
 
+def test_the_name_of_a_race_is_read_as_by_the_command(tmp_path):
+    overtake.simulate("demo", seconds=0.1, out=os.fspath(tmp_path / "race.MCAP"))
+    assert (tmp_path / "race.MCAP").is_file()
+    with pytest.raises(overtake.FileError, match=r"race\.mcp: a log's name ends in \.mcap, not in \.mcp"):
+        overtake.simulate("demo", seconds=0.1, out=os.fspath(tmp_path / "race.mcp"))
+
+
 def test_a_race_that_fails_leaves_no_folder():
     before = temporary_folders()
     with pytest.raises(overtake.FileError, match="no car is named 'nobody'"):

@@ -138,9 +138,12 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
       ->capture_default_str();
   command.add_option("--workers", options.workers, "parallel runs, 0: one per CPU; the results are the same")
       ->check(CLI::Range(0, 256));
-  command.add_option("--rig", options.rig, "sensors and topics of recordings whose truth is the odometry of two cars");
-  command.add_option("--map", options.map,
-                     "track map of these recordings: centre line with widths, or an MCAP log that holds one");
+  CLI::Option* const rig = command.add_option(
+      "--rig", options.rig, "sensors and topics of recordings whose truth is the odometry of two cars");
+  command
+      .add_option("--map", options.map,
+                  "track map of these recordings: centre line with widths, or an MCAP log that holds one")
+      ->needs(rig);
   command.add_option("--recordings", options.recordings,
                      "folder of the recorded data sets: evaluates those that exist (recordings.json)");
   command.add_flag("--tune", options.tune,

@@ -193,6 +193,7 @@ int print_info(const InfoOptions& options) {
   io::check_one_kind(options.input);
   const bool is_bag = io::is_bag(options.input);
   RecordingInfo info = is_bag ? look_into_bag(options.input) : look_into_folder(options.input);
+  info.partial = partial;
   if (interrupted()) info.damage = "interrupted, not read to its end";
   if (options.json)
     std::fputs(info_json(info).c_str(), stdout);

@@ -4,7 +4,6 @@
 // overtake simulate: simulates a scenario of tools/sim; writes its scans, ego poses and truth.
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <future>
 #include <memory>
 #include <stdexcept>
@@ -22,26 +21,10 @@
 #include "tools/view/race_picture.h"
 
 namespace overtake::cli {
-namespace {
-
-// LOG.mcap or a folder; refuses other extensions as typing errors.
-bool is_mcap_name(const std::string& out) {
-  namespace fs = std::filesystem;
-  const std::string extension = io::lower_case(fs::path(out).extension().string());
-  if (extension == ".mcap") return true;
-  std::error_code code;
-  const bool has_letter = extension.size() > 1 && extension.size() < 7 && extension[1] >= 'a' && extension[1] <= 'z';
-  if (has_letter && !fs::is_directory(out, code))
-    throw io::Error("--out " + out, 0,
-                    "a log's name ends in .mcap, not in " + extension + "; for a folder of this name end it with /");
-  return false;
-}
-
-}  // namespace
 
 int simulate(const SimulateOptions& options) {
   if (options.out.empty() && options.pictures.empty()) throw CLI::RequiredError("--out or --pictures");
-  const bool is_mcap = is_mcap_name(options.out);
+  const bool is_mcap = sim::is_mcap_name(options.out, "--out " + options.out);
   io::OutputGuard guard(options.force);
   if (!sim::is_builtin_scenario(options.scenario)) guard.add_input(options.scenario);
   sim::Scenario scenario = sim::load_scenario(options.scenario);

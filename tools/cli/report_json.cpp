@@ -62,6 +62,7 @@ std::string info_json(const RecordingInfo& info) {
                {"first_ns", timed ? Json(info.first_ns) : Json(nullptr)},
                {"last_ns", timed ? Json(info.last_ns) : Json(nullptr)},
                {"damage", info.damage},
+               {"partial", info.partial},
                {"topics", Json::array()},
                {"scans", Json::array()}};
   for (const RecordingInfo::Topic& t : info.topics)

@@ -15,8 +15,8 @@
 namespace overtake::cli {
 
 struct RecordingInfo {
-  std::string path, kind, damage;
-  int64_t first_ns = 0, last_ns = -1;  // of the log; last before first: no message, or a folder of scans
+  std::string path, kind, damage, partial;  // partial: why it ends early, "" if it is complete
+  int64_t first_ns = 0, last_ns = -1;       // of the log; last before first: no message, or a folder of scans
   struct Topic {
     std::string name, type, frame, layout;
     int64_t messages = 0, points = 0, undecoded = 0;  // points: of all clouds

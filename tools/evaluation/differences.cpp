@@ -113,6 +113,7 @@ struct Changes {
   std::string preset;
   std::map<std::string, double> values;
 };
+// Sizes of tables are no parameters: every result's config.toml has them.
 Changes changes_of(const Run& run) {
   Changes out = {variant_of(run), {}};
   const auto config = run.about.find("config");
@@ -127,7 +128,7 @@ Changes changes_of(const Run& run) {
     double value = 0;
     if (name == "preset")
       out.preset = text;
-    else if (io::parse_number(text, value))
+    else if (!name.starts_with("capacities.") && io::parse_number(text, value))
       out.values[name] = value;
   }
   return out;

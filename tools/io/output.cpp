@@ -161,7 +161,7 @@ bool OutputGuard::is_ours(const std::string& path, const std::string& place) {
   if (const Folder* folder = folder_of(place)) {
     const std::string name = place.substr(folder->place.size() + 1);
     const auto known = folder->files.find(name);
-    if (known != folder->files.end() && known->second == digest(path)) return true;
+    if (known != folder->files.end()) return known->second == digest(path);
     // A .part file of a killed command: no other program writes such names into a folder of results.
     if (folder->has_list && name.ends_with(kPartSuffix)) return true;
   }

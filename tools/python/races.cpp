@@ -5,7 +5,6 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include <filesystem>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -81,7 +80,7 @@ py::dict simulate(const std::string& scenario_name, uint64_t seed, const std::st
     } catch (const std::invalid_argument& error) {
       throw io::Error(scenario_name, 0, error.what());
     }
-    const bool is_mcap = std::filesystem::path(out).extension() == ".mcap";
+    const bool is_mcap = sim::is_mcap_name(out, out);
     if (!is_mcap) guard.add_folder(out);
     const auto log = is_mcap ? sim::make_mcap_log(out, *simulator, seed) : sim::make_folder_log(out, *simulator, seed);
     frames = simulator->frame_count();

@@ -2,9 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/sim/log_writer.h"
 
+#include <filesystem>
+
+#include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::sim {
+
+bool is_mcap_name(const std::string& out, const std::string& place) {
+  namespace fs = std::filesystem;
+  const std::string extension = io::lower_case(fs::path(out).extension().string());
+  if (extension == ".mcap") return true;
+  std::error_code code;
+  const bool has_letter = extension.size() > 1 && extension.size() < 7 && extension[1] >= 'a' && extension[1] <= 'z';
+  if (has_letter && !fs::is_directory(out, code))
+    throw io::Error(place, 0,
+                    "a log's name ends in .mcap, not in " + extension + "; for a folder of this name end it with /");
+  return false;
+}
 
 std::vector<TruthRow> truth_at(const World& world, double time_s) {
   std::vector<TruthRow> rows;

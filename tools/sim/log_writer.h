@@ -23,6 +23,10 @@ class LogWriter {
   virtual void close(const std::string& partial = "") = 0;
 };
 
+// Whether the name of a log is that of an MCAP file, and not of a folder. Throws io::Error, naming `place`, for another
+// extension, which is a typing error; a folder that has one exists, or ends with a slash.
+bool is_mcap_name(const std::string& out, const std::string& place);
+
 // A folder as `overtake run` reads it:
 //   NNNNNN_{front,left,right}.pcd   x y z intensity ring t (absolute, ns) surface return; sensor frame
 //   ego.csv    the localisation's output                map.csv    the surveyed map         rig.toml

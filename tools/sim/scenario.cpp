@@ -198,7 +198,7 @@ Reflectors read_reflectors(TomlReader& toml) {
   Reflectors row{};
   row.s_m = toml.number("s_m", -1e5, 1e5), row.d_m = toml.number("d_m", -30, 30);
   row.height_m = toml.number_or("height_m", 0.1, 10, 0.8), row.size_m = toml.number_or("size_m", 0.02, 3, 0.12);
-  row.count = int32_t(toml.number_or("count", 1, 1000, 1));
+  row.count = int32_t(toml.integer_or("count", 1, 1000, 1));
   row.every_m = toml.number_or("every_m", 0.1, 1000, 25);
   toml.finish();
   return row;

@@ -66,13 +66,14 @@ class running_ground_group:
     guess_limit_m: float
     """like known_limit_m, where the road is not known (number, 0 to 10 m)"""
     guess_slope: float
-    """the ground's slope may differ by so much from a level or evenly banked road, where the road is not known
-    (number, 0 to 1 m/m)"""
+    """the ground's slope may differ by so much from the shape that is fitted to the scan, where the road is not
+    known (number, 0 to 1 m/m)"""
     level_reach_m: float
     """a level plane counts as ground up to this far from the last ground pixel (apron beside a banked track)
     (number, 0 to 100 m)"""
     free_level_m: float
-    """like level_reach_m, without a map or without an ego pose (number, 0 to 100 m)"""
+    """like level_reach_m, without a map or an ego pose on it (at most 1 m outside of the circuit) (number, 0 to 100
+    m)"""
     level_slack: float
     """... also when it rises by so much more (number, 0 to 1 m/m)"""
     foot_deg: float
@@ -150,7 +151,7 @@ class merge_group:
 class join_group:
     """Parameters join.*"""
     gap_m: float
-    """clusters of one car are at most this far apart along psi_REF (number, 0 to 100 m)"""
+    """clusters of one car are at most this far apart along psi_REF, and across it (number, 0 to 100 m)"""
     slack_m: float
     """joined clusters may be longer and wider than the vehicle by this much (number, 0 to 100 m)"""
     bound_m: float
@@ -164,7 +165,8 @@ class gate_group:
     slack: float
     """a cluster may be longer than the vehicle by this share (number, 0 to 10)"""
     map_margin_m: float
-    """a cluster this far outside the circuit counts as on it (number, -100 to 1000 m)"""
+    """preset paper: a cluster this far outside the circuit counts as on it; see also gate.ego_margin_m (number,
+    -100 to 1000 m)"""
     ego_margin_m: float
     """the map is not used while the ego vehicle is farther outside the circuit (gate.map_margin_m, if larger)
     (number, 0 to 1e+06 m)"""
@@ -176,10 +178,11 @@ class gate_group:
     """the centre of a car is at least this far inside the circuit's bounds, unless it is a car beyond doubt
     (number, -100 to 100 m)"""
     lowest_m: float
-    """a cluster whose lowest point is higher over the ground is not a vehicle (beams, wires, tops of walls)
-    (number, 0 to 100 m)"""
+    """a cluster whose lowest point is higher over the ground (from 70 m on, up to twice as high) is not a vehicle
+    (beams, wires, tops of walls) (number, 0 to 100 m)"""
     top_m: float
-    """a cluster whose highest point is higher over the ground is not a vehicle (number, 0.1 to 100 m)"""
+    """a cluster whose highest point is higher over the ground is not a vehicle, but for a tenth of its points where
+    the ground errs (number, 0.1 to 100 m)"""
     range_m: float
     """a farther candidate is not a detection (number, 1 to 1e+06 m)"""
     free_range_m: float
@@ -238,11 +241,13 @@ class tracker_group:
     r_y: float
     """measurement noise of y (number, 1e-06 to 1e+06 m^2)"""
     birth_sigma_speed: float
-    """standard deviation of a new track's speed (number, 0.001 to 1000 m/s)"""
+    """standard deviation of a new track's speed; preset best: without an ego pose (number, 0.001 to 1000 m/s)"""
     birth_sigma_course_deg: float
-    """standard deviation of a new track's course (0.2 rad) (number, 0.01 to 360 deg)"""
+    """standard deviation of a new track's course (0.2 rad); preset best: off the map, at least 1 rad (number, 0.01
+    to 360 deg)"""
     birth_sigma_yaw_rate: float
-    """standard deviation of a new track's yaw rate (number, 0.0001 to 100 rad/s)"""
+    """standard deviation of a new track's yaw rate; preset best: off the map, at least 0.5 (number, 0.0001 to 100
+    rad/s)"""
     birth_speed_share: float
     """a new track's speed as a share of the ego speed (number, 0 to 10)"""
     gate_d2: float
@@ -297,11 +302,13 @@ class lane_tracker_group:
     q_across: float
     """process noise of the place across the course in a second (number, 0 to 1e+06 m^2/s)"""
     q_speed: float
-    """process noise of the speed in a second (number, 0 to 1e+06 m^2/s^3)"""
+    """process noise of the speed in a second; at least 1 without a map and from 5 to 25 m/s (number, 0 to 1e+06
+    m^2/s^3)"""
     q_course: float
-    """process noise of the course in a second (number, 0 to 1e+06 rad^2/s)"""
+    """process noise of the course in a second; at least 0.0125 without a map (less above 10 m/s) (number, 0 to
+    1e+06 rad^2/s)"""
     q_yaw_rate: float
-    """process noise of the yaw rate in a second (number, 0 to 1e+06 rad^2/s^3)"""
+    """process noise of the yaw rate in a second; at least 0.0125 without a map (number, 0 to 1e+06 rad^2/s^3)"""
     lane_s: float
     """the yaw rate goes to that of the lane, and a slow car's to 0, with this time constant (number, 0.01 to 1e+06
     s)"""
@@ -311,8 +318,9 @@ class lane_tracker_group:
     """a detection that shows a part of a car counts with up to 1 + this times its covariance (straight behind: 1 +
     10/3 of this): its error lasts (number, 0 to 1000)"""
     steady_lag: float
-    """a track that lags behind its detections by this many standard deviations is in a manoeuvre (along the course:
-    0.83 of it) (number, 0.1 to 1e+06)"""
+    """a track whose detections are ahead or behind by this many standard deviations (a fading sum) is in a
+    manoeuvre; its speed changes from 0.83 of it on, its course where they lie twice as far to one side (number, 0.1
+    to 1e+06)"""
     manoeuvre_gain: float
     """process noise of speed, acceleration, course and yaw rate in a manoeuvre, times the steady one (number, 1 to
     1e+06)"""
@@ -367,7 +375,8 @@ class lane_tracker_group:
     coast_s: float
     """a confirmed track without a hit for longer is lost (number, 0 to 60 s)"""
     coast_sigma_m: float
-    """so is one whose place has a larger standard deviation (number, 0.1 to 1e+06 m)"""
+    """so is one whose place has a larger standard deviation (without a map at most 3 m, if the car should be seen)
+    (number, 0.1 to 1e+06 m)"""
     path_turn_s: float
     """a car is parallel to its lane after about this time: predicted path, and a track that is not seen (number,
     0.01 to 1e+06 s)"""
