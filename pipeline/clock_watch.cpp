@@ -135,8 +135,8 @@ bool ClockWatch::starts() const noexcept {
   return std::count_if(sources_, sources_ + kMaxSensors, [](const Source& s) { return s.any; }) == 1;
 }
 
-// Whether another source's last suspect stamp is of the same time. Of a source without good stamps the last step of its
-// suspect ones tells its interval.
+// Whether another source's last suspect stamp is of the same time. The last step of its suspect stamps tells its
+// interval where it has no good ones.
 bool ClockWatch::agrees(const Source& other, int64_t stamp_ns) const noexcept {
   if (other.suspects == 0) return false;
   const int64_t interval_ns = std::max(interval_of(other), other.suspects > 1 ? other.step_ns : 0);

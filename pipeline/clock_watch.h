@@ -33,8 +33,8 @@
 // sensors report the new time than deliver good stamps. The steps of one sensor, or without sensors of the detections,
 // may be longer, up to 10 s, if each is half to twice the one before; from then on the source is known to be slow. In
 // the first two rounds of three or more sensors, while only one has a good stamp, the majority decides at once: the
-// very first stamp may be the wrong one. Two sensors report the same time if their stamps are no further apart than the
-// frame tolerance and an interval of one of them.
+// very first stamp may be the wrong one. Two sensors report the same time if their stamps are at most the frame
+// tolerance and an interval of the one that reported it first apart.
 //
 // Two sensors form no majority. If one steps ahead, it is the suspect; if one steps back, neither is. If two drift
 // apart without a step, both are good up to the lateness that out-of-sequence frames allow; beyond it the one ahead is

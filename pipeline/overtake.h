@@ -334,9 +334,8 @@ typedef struct ovt_detector_def {
   /* since 0.2 */
   const int32_t* cpus;               /* the library's threads run on these CPUs only: worker i on cpus[i % cpu_count],
                                         the intake on any. NULL: any CPU. worker_count 0 then is one per listed CPU,
-                                        at least two.
-                                        Workers come from a pool of the process: between frames other work of that
-                                        pool may run on them, with these CPUs and this policy */
+                                        at least two. Workers come from a pool of the process: between frames other work
+                                        of that pool may run on them, with these CPUs and this policy */
   int32_t cpu_count;
   int32_t fifo_priority;             /* 1 to 99: SCHED_FIFO for the library's threads, if the system allows it; 0: no */
   int32_t memory;                    /* OVT_MEMORY_... bits; default OVT_MEMORY_HUGE */
@@ -349,8 +348,8 @@ typedef struct ovt_detector_def {
                                         caller waits for the frame */
   int32_t keep_images;               /* non-zero, the default: a frame keeps every image for ovt_read_image; 0: only
                                         OVT_IMAGE_PIXEL_POINT, and with preset best OVT_IMAGE_HEIGHT. Each worker then
-                                        reuses one scratch copy of the others,
-                                        which stays in its cache: less time, and less memory unless workers are many */
+                                        reuses one scratch copy of the others, which stays in its cache: less time, and
+                                        less memory unless workers are many */
   int32_t stream;                    /* non-zero: the first steps of the segmentation run in ovt_push_points, while the
                                         pieces of a scan arrive; takes more memory. 0, the default: all work begins with
                                         the end of the scan. The results are the same */
@@ -558,9 +557,9 @@ OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
  * more than frame.tolerance_s plus frame.period_s, beyond their usual lead, are not used while they stay ahead: frames
  * use the earlier poses, which become stale, and set OVT_SUSPECT_EGO. OVT_BAD_ARGUMENT, and the pose is not used, for
  * values that no car's pose has: x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate
- * beyond 100 rad/s, NaN. Preset best: roll and pitch both 0 mean that nothing measured them (a localisation in the
- * plane). Such a pose tells no heights of the road, and on the circuit of a map with banking it gets the attitude of a
- * vehicle on the bank. */
+ * beyond 100 rad/s, NaN.
+ * Preset best: roll and pitch both 0 mean that nothing measured them (a localisation in the plane). Such a pose tells
+ * no heights of the road, and on the circuit of a map with banking it gets the attitude of a vehicle on the bank. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
