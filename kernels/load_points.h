@@ -13,7 +13,8 @@ namespace overtake {
 
 enum class FieldType : int32_t { kNone = 0, kFloat32, kFloat64, kInt8, kUint8, kInt16, kUint16, kInt32, kUint32 };
 
-// One field of a scan in the caller's memory: value i is at data + i * stride. kNone: the field is absent.
+// One field of a scan in the caller's memory: value i is at data + i * stride, at any address. kNone: the field is
+// absent.
 struct PointField {
   const void* data = nullptr;
   std::ptrdiff_t stride = 0;

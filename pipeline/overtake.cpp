@@ -70,8 +70,7 @@ bool good_column(const ovt_column& c, int32_t count, bool required, bool floatin
   if (size == 0) return false;
   if (floating_only && c.type != OVT_F32 && c.type != OVT_F64) return false;
   if (count == 0) return true;
-  if (!c.data || reinterpret_cast<uintptr_t>(c.data) % size != 0) return false;
-  if (c.stride < size || c.stride % size != 0 || c.stride > (size_t(1) << 31)) return false;
+  if (!c.data || c.stride < size || c.stride > (size_t(1) << 31)) return false;
   return c.size_bytes >= size && (c.size_bytes - size) / c.stride >= size_t(count - 1);
 }
 

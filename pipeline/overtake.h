@@ -423,7 +423,8 @@ typedef enum ovt_type {
 typedef struct ovt_column {
   const void* data;
   size_t size_bytes;                 /* readable bytes from data on; the library reads nothing beyond */
-  size_t stride;                     /* at least the type's size and a multiple of it; data aligned to the type */
+  size_t stride;                     /* at least the type's size. Neither data nor stride need be aligned: packed
+                                        records, such as PointCloud2 of 22 bytes a point, are read where they lie */
   int32_t type;                      /* ovt_type */
 } ovt_column;
 

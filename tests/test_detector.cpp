@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <set>
 #include <stdexcept>
@@ -56,6 +57,49 @@ TEST_CASE("detector: the same bytes for every worker count and every arrival ord
     CHECK(run(workers, kFrames, orders) == expected);
     CHECK(run(workers, kFrames, {{2, 1, 0}}) == expected);
   }
+}
+
+TEST_CASE("detector: packed records at any address give the bytes of columns") {
+  constexpr std::size_t kFrames = 3, kStep = 22;  // x y z intensity ring time, as drivers pack them
+  const auto run_packed = [&](std::size_t shift, bool pieces) {
+    DetectorBench bench({.workers = 1});
+    bench.def.stream = pieces;
+    bench.create();
+    for (std::size_t k = 0; k < kFrames; ++k) {
+      bench.push_ego(k);
+      for (int32_t s = 0; s < 3; ++s) {
+        const overtake::SceneScan& scan = demo_frame(k).scan[s];
+        const std::size_t count = scan.x_m.size();
+        std::vector<char> bytes(shift + kStep * count);
+        ovt_points points = points_of(scan, s, demo_frame(k).stamp_ns);
+        std::size_t offset = 0;
+        const auto pack = [&](ovt_column& column, std::size_t size) {
+          char* const first = bytes.data() + shift + offset;
+          for (std::size_t i = 0; i < count; ++i)
+            std::memcpy(first + kStep * i, static_cast<const char*>(column.data) + i * column.stride, size);
+          column = {first, kStep * count - offset, kStep, column.type};
+          offset += size;
+        };
+        pack(points.x, 4), pack(points.y, 4), pack(points.z, 4);
+        pack(points.intensity, 4), pack(points.layer, 2), pack(points.time, 4);
+        REQUIRE(offset == kStep);
+        if (!pieces) REQUIRE(ovt_push_scan(bench.detector, &points) == OVT_OK);
+        if (pieces) REQUIRE(ovt_push_points(bench.detector, &points) == OVT_OK);
+        if (pieces) REQUIRE(ovt_end_scan(bench.detector, s, points.stamp_ns, points.count) == OVT_OK);
+      }
+    }
+    bench.flush();
+    return bench.records;
+  };
+  const std::vector<FrameRecord> expected = run(1, kFrames, {{0, 1, 2}});
+  REQUIRE(expected.size() == kFrames);
+  CHECK(expected.back().info.detection_count > 0);
+  for (const std::size_t shift : {0, 1, 3})
+    for (const bool pieces : {false, true}) {
+      CAPTURE(shift);
+      CAPTURE(pieces);
+      CHECK(run_packed(shift, pieces) == expected);
+    }
 }
 
 TEST_CASE("detector: two detectors at once do not affect each other") {

@@ -42,10 +42,20 @@ def records(dtype=None, align=True):
     return out
 
 
+def at_odd_address(values):
+    copy = numpy.zeros(values.nbytes + 1, "u1")[1:].view(values.dtype)
+    copy[:] = values
+    return copy
+
+
 def spread(column, step):
     wide = numpy.zeros(len(column) * step, column.dtype)
     wide[::step] = column
     return wide[::step]
+
+
+def overlapping(column):
+    return numpy.lib.stride_tricks.as_strided(column, (360,), (2,))
 
 
 def c_records():
@@ -65,6 +75,8 @@ LAYOUTS = {
     "structured": lambda: (records(), None),
     "structured, every other one": lambda: (numpy.repeat(records(), 2)[::2], None),
     "structured in a memoryview": lambda: (c_records(), None),
+    "packed records": lambda: (records(align=False), None),
+    "packed records at an odd address": lambda: (at_odd_address(records(align=False)), None),
     "dict": lambda: (car_tail(), None),
     "dict of strided columns": lambda: ({name: spread(column, 3) for name, column in car_tail().items()}, None),
     "dict of array.array": lambda: ({**car_tail(), "x": array.array("f", car_tail()["x"])}, None),
@@ -132,10 +144,8 @@ WRONG = {
     "two layers": (lambda: {**car_tail(), "ring": car_tail()["layer"]}, ValueError, "points has two columns layer"),
     "unknown column": (lambda: {**car_tail(), "timestamp": numpy.zeros(360)}, ValueError,
                        "'timestamp' is none of x, y, z, layer or ring or line"),
-    "packed records": (lambda: records(align=False), ValueError,
-                       "x has a stride of 18 bytes; a positive multiple of 4"),
-    "misaligned": (lambda: {**car_tail(), "x": numpy.zeros(1441, "u1")[1:].view("f4")}, ValueError,
-                   "x is at an address that is no multiple of 4"),
+    "overlapping values": (lambda: {**car_tail(), "x": overlapping(car_tail()["x"])}, ValueError,
+                           "x has a stride of 2 bytes; at least 4"),
     "array field": (lambda: numpy.zeros(360, [("x", "f4"), ("y", "f4"), ("z", "f4", 2), ("ring", "u4")]), TypeError,
                     "z is dtype of kind 'V'"),
 }

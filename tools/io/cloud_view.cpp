@@ -22,8 +22,6 @@ std::string view_field(const PointCloud2& cloud, const std::vector<CloudField>& 
   view.stride = cloud.point_step;
   view.bytes = cloud.data.size() - field.offset;
   view.type = known.type;
-  if (cloud.point_step % size != 0 || reinterpret_cast<std::uintptr_t>(view.data) % size != 0)
-    return "field '" + field.name + "' is not aligned in points of " + std::to_string(cloud.point_step) + " bytes";
   return "";
 }
 

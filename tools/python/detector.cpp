@@ -340,7 +340,8 @@ points: in the sensor's frame, m; never copied here. One of
   - an (n, k) array, float32 or float64; fields names its columns, by default (x, y, z, intensity, layer)
   - a structured array with fields x, y, z, layer (or ring, line), and if wanted intensity, time
   - a dict of arrays (n,) with these names
-Strides may be any positive multiple of an element's size: rows, columns and slices pass as they are.
+Strides may be any number of bytes from an element's size on: rows, columns, slices and packed records pass as they
+are.
 layer is the ring of each point. time is each point's offset after stamp_ns, in units of time_unit_ns.
 sensor: name or index.
 

@@ -67,12 +67,9 @@ void set_column(ovt_points& points, int role, const void* data, char kind, char 
         name() + " is " + type_name(kind, byteorder, size) + "; " +
         (floats ? "float32 or float64 is needed" : "float32, float64 or an integer of 8, 16 or 32 bits is needed"));
   if (points.count <= 1) stride = size;  // NumPy's stride has no meaning then
-  if (stride < size || stride % size != 0)
-    throw py::value_error(name() + " has a stride of " + std::to_string(stride) + " bytes; a positive multiple of " +
+  if (stride < size)
+    throw py::value_error(name() + " has a stride of " + std::to_string(stride) + " bytes; at least " +
                           std::to_string(size) + " is needed, or a copy (numpy.ascontiguousarray)");
-  if (reinterpret_cast<uintptr_t>(data) % std::size_t(size) != 0)
-    throw py::value_error(name() + " is at an address that is no multiple of " + std::to_string(size) +
-                          " bytes (packed records?): pass a copy (numpy.ascontiguousarray)");
   ovt_column& column = column_of(points, role);
   column.data = data;
   column.size_bytes = points.count > 0 ? std::size_t(points.count - 1) * std::size_t(stride) + std::size_t(size) : 0;
