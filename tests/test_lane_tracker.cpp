@@ -307,6 +307,28 @@ TEST_CASE("lane tracker: a car that stands is confirmed far away, and stays wher
   CHECK(std::hypot(bench.rows.x_m[0], bench.rows.y_m[0]) < 1.0);
 }
 
+TEST_CASE("lane tracker: the ego vehicle stands, and a car that passes at any speed and rate has a track") {
+  const test::CircleRoad ring = make_ring(1e5);
+  for (const CircuitMap* map : {static_cast<const CircuitMap*>(nullptr), &ring.map})
+    for (const int32_t frames : {1, 2})  // 20 and 10 Hz
+      for (const double ego_mps : {0.0, 15.0})
+        for (const double car_mps : {20.0, 40.0, 60.0, 85.0}) {
+          CAPTURE((map != nullptr));
+          CAPTURE(frames);
+          CAPTURE(ego_mps);
+          CAPTURE(car_mps);
+          LaneBench bench(map);
+          bench.input.ego.speed_mps = ego_mps;
+          for (int32_t k = 0; k < 40 * frames; k += frames) {
+            bench.ego_at(ego_mps * kFrame_s * k);
+            bench.step(k, {seen_car(car_mps * kFrame_s * k - 60, 3, k)});
+          }
+          REQUIRE(bench.confirmed() == 1);
+          CHECK(bench.rows.speed_mps[0] == doctest::Approx(car_mps).epsilon(0.02));
+          CHECK(bench.rows.count == 1);
+        }
+}
+
 TEST_CASE("lane tracker: frames in any order give the bytes of the sorted order, with map, losses and joins") {
   constexpr double kRadius = 200;
   const test::CircleRoad ring = make_ring(kRadius);

@@ -10,6 +10,7 @@
 //   estimate(state, dt_s, ahead)    -> Estimate
 //   cost(estimate, z, cost)         false: outside of the policy's gate
 //   alone_cost(state, cost)         optional. True: the track may also stay without a measurement, at this cost
+//   doubt_m(state, dt_s)            optional: a larger gate distance for a state whose speed is not known
 //   travel_m(state, dt_s)           upper limit of the distance between the state's place and the predicted one
 #pragma once
 
@@ -124,9 +125,16 @@ class GlobalAssignment {
     bool asked_ = false;
   };
 
+  // The largest distance of a detection from the prediction after dt_s.
+  double gate_m(const Policy& policy, const State& state, double dt_s) const noexcept {
+    if constexpr (requires { policy.doubt_m(state, dt_s); })
+      return std::max(gate_m_, policy.doubt_m(state, dt_s));
+    else
+      return gate_m_;
+  }
   // Square of the farthest distance from its state at which a track may match after dt_s.
   double reach_m2(const Policy& policy, const State& state, double dt_s) const noexcept {
-    const double reach_m = (gate_m_ + policy.travel_m(state, dt_s)) * (1.0 + 1e-9);
+    const double reach_m = (gate_m(policy, state, dt_s) + policy.travel_m(state, dt_s)) * (1.0 + 1e-9);
     return reach_m * reach_m;
   }
 
@@ -184,7 +192,6 @@ class GlobalAssignment {
   }
 
   void gate_track(const Policy& policy, const Gated& g, Effort& effort) noexcept {
-    const double gate_m2 = gate_m_ * gate_m_;
     const Place here = policy.place(g.state);
     TrackAtStamp at_stamp(policy, g.state, predictions_[g.slot]);
     int32_t near_count = find_within_reach(policy, g);
@@ -204,7 +211,8 @@ class GlobalAssignment {
       if (!(distance_m2(place_of(z), here) <= reach_m2(policy, g.state, dt_s))) continue;
 
       at_stamp.go_to(dt_s);
-      if (!(at_stamp.distance_to_m2(z) <= gate_m2)) continue;
+      const double most_m = gate_m(policy, g.state, dt_s);
+      if (!(at_stamp.distance_to_m2(z) <= most_m * most_m)) continue;
       double cost;
       if (policy.cost(at_stamp.estimate(), z, cost)) munkres_.add(g.slot, i, cost);
     }

@@ -20,9 +20,11 @@ constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
 constexpr int32_t kLooks = 16;                                // iterations before the last hit
 constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
 constexpr double kApartSigmas2 = 9.0;  // of the difference of two velocities, over its variance: two cars
+constexpr double kSameSigmas = 1.5;    // of the offset of two tracks that were both seen just now: one car
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
 constexpr double kAgainAlong_m = 6.0, kAgainAlongRate = 4.0, kAgainAlongGrowth = 5.0, kAgainMost_m = 40.0;
 constexpr double kAgainAcross_m = 3.0, kAgainAcrossRate = 1.5, kAgainSpeed_mps = 8.0, kAgainSpeedRate = 8.0;
+constexpr double kAgainSpeedSigmas = 2.0;
 
 // A place that moves with a car, after dt_s. Most rows have the iteration's stamp.
 Place straight_on(Place from, const MotionState& m, double dt_s) {
@@ -62,7 +64,8 @@ void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it)
   for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
     if (!tracks.head[slot].alive) continue;
     grid_.add(slot, place_[slot]);
-    if (is_confirmed(tracks.state[slot]) && tracks.state[slot].unseen_s <= kRecent_s) owners_[owner_count_++] = slot;
+    const State& s = tracks.state[slot];
+    if (is_confirmed(s) && s.visibility == Visibility::kSeen) owners_[owner_count_++] = slot;
   }
 }
 
@@ -96,10 +99,11 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
   }
   const double t = lost.unseen_s;
   distance_m = hypot_f64(along_m, across_m);
+  const double speed_sigma = std::sqrt(found.estimate.covariance[2][2] + lost.estimate.covariance[2][2]);
   return along_m < std::min(kAgainMost_m, kAgainAlong_m + t * (kAgainAlongRate + t * kAgainAlongGrowth)) &&
          across_m < kAgainAcross_m + t * kAgainAcrossRate &&
          std::fabs(found.estimate.mean.speed_mps - lost.estimate.mean.speed_mps) <
-             kAgainSpeed_mps + t * kAgainSpeedRate;
+             kAgainSpeed_mps + t * kAgainSpeedRate + kAgainSpeedSigmas * speed_sigma;
 }
 
 // A car that changes its motion abruptly leaves its track: the track that found it began about when the old one, whose
@@ -128,7 +132,25 @@ bool LanePolicy::pass_each_other(const State& a, const State& b) const noexcept 
   return dx * dx + dy * dy > kApartSigmas2 * variance;
 }
 
-// Whether `other` is an older track of the slot's car, and how far from it.
+// Whether two tracks at one place are certain to be one car's. Of two that were both seen just now, the offset must be
+// within the car for most of what it may be: two cars side by side are hardly farther apart than two parts of one.
+bool LanePolicy::is_one_car(const State& elder, Place elder_place, const State& s, Place place) const noexcept {
+  if (pass_each_other(s, elder)) return false;
+  if (s.visibility != Visibility::kSeen || elder.visibility != Visibility::kSeen) return true;
+  const auto &p = s.estimate.covariance, &q = elder.estimate.covariance;
+  const double xx = p[0][0] + q[0][0], xy = p[0][1] + q[0][1], yy = p[1][1] + q[1][1];
+  const double dx = place.x_m - elder_place.x_m, dy = place.y_m - elder_place.y_m;
+  double sine, cosine;
+  sin_cos_f64(elder.heading_rad, sine, cosine);
+  const double cross = 2.0 * sine * cosine * xy;
+  const double along_m = std::sqrt(std::max(cosine * cosine * xx + sine * sine * yy + cross, 0.0));
+  const double across_m = std::sqrt(std::max(sine * sine * xx + cosine * cosine * yy - cross, 0.0));
+  return std::fabs(cosine * dx + sine * dy) + kSameSigmas * along_m < kSameConfirmed * lane_.length_m &&
+         std::fabs(cosine * dy - sine * dx) + kSameSigmas * across_m < kSameConfirmed * lane_.width_m;
+}
+
+// Whether `other` is an older track of the slot's car, and how far from it. A known car that is hidden, behind the car
+// of the other track for instance, is not the same car because its prediction comes near.
 bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot,
                           double& distance_m) const noexcept {
   const State &s = tracks.state[slot], &o = tracks.state[other];
@@ -137,9 +159,10 @@ bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t
   distance_m = 0.0;
   if (o.stage != LaneStage::kTentative && took_over(s, slot, o, other)) return true;
   if (o.stage == LaneStage::kTentative || o.unseen_s <= kRecent_s) {
+    if (s.stage != LaneStage::kTentative && s.unseen_s > kRecent_s) return false;
     const bool are_confirmed = s.stage == LaneStage::kConfirmed;  // the elder is, too, or was
     return is_same_place(o, place_[other], place_[slot], are_confirmed ? kSameConfirmed : kSameTentative) &&
-           !(are_confirmed && pass_each_other(s, o));
+           (!are_confirmed || is_one_car(o, place_[other], s, place_[slot]));
   }
   return s.is_new && may_come_from(o, other, s, slot, distance_m);
 }

@@ -48,8 +48,8 @@ constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostP
 // the variances of its estimate, of path_speed and of path_across, and how much more with the square of the lag.
 constexpr double kSteadyAlong = 0.012, kSteadyAlongLag = 1.1, kSteadyAcross = 0.055, kSteadyAcrossLag = 1.0;
 constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag = 0.4;
-constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
-constexpr double kBirthSigma_mps = 10.0;
+constexpr int32_t kSteadyHits = 5;                         // with fewer hits the state has not settled
+constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car is no faster, by so many deviations
 constexpr double kFaintGate_d2 = 9.0;
 constexpr double kAloneCost = 14.0;  // of a track that stays without a detection
 
@@ -235,6 +235,12 @@ LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noex
   const int32_t steps = steps_of(dt_s);
   for (int32_t k = 0; k < steps; ++k) ahead = advance_on_lane(ahead, s.lane, dt_s / steps);
   return ahead;
+}
+
+// How far a car may have driven from its prediction because its speed is not known: at a low rate more than the gate's
+// distance.
+double LanePolicy::doubt_m(const State& s, double dt_s) const noexcept {
+  return kBirthSigmas * std::sqrt(s.estimate.covariance[2][2]) * std::fabs(dt_s);
 }
 
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
@@ -423,7 +429,8 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   double sigma_v = params_.birth_sigma_v, sigma_phi = params_.birth_sigma_phi, sigma_omega = params_.birth_sigma_omega;
   if (it.ego.known) {
     mean.speed_mps = std::max(0.0, lane_.birth_speed_share * it.ego.speed_mps);
-    sigma_v = std::max(kBirthSigma_mps, lane_.birth_sigma_share * std::fabs(it.ego.speed_mps));
+    const double to_fastest = (kFastest_mps - mean.speed_mps) / kBirthSigmas;  // the ego vehicle may stand
+    sigma_v = std::max(to_fastest, lane_.birth_sigma_share * std::fabs(it.ego.speed_mps));
   }
   if (map_ && s.asks_map) {
     const MapProjection at = map_->project(z.x_m, z.y_m);

@@ -86,6 +86,7 @@ class LanePolicy {
   bool cost(const Estimate& e, const Measurement& z, double& cost) const noexcept;
   bool alone_cost(const State& s, double& cost) const noexcept;
   double travel_m(const State& s, double dt_s) const noexcept { return s.estimate.mean.speed_mps * std::fabs(dt_s); }
+  double doubt_m(const State& s, double dt_s) const noexcept;
 
  private:
   // lane_tracker.cpp
@@ -132,6 +133,7 @@ class LanePolicy {
                      double& distance_m) const noexcept;
   bool took_over(const State& found, int32_t slot, const State& lost, int32_t lost_slot) const noexcept;
   bool pass_each_other(const State& a, const State& b) const noexcept;
+  bool is_one_car(const State& elder, Place elder_place, const State& s, Place place) const noexcept;
   bool is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot, double& distance_m) const noexcept;
 
   const TrackerParams params_;
