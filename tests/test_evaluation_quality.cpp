@@ -114,7 +114,7 @@ TEST_CASE("quality: false detections by distance, surface, banking and place") {
   CHECK(q.by_lap.size() == 1);
   CHECK(q.by_lap.at("200 to 400 m") == Approx(2.0 / 15));
   CHECK(q.frames_without_car == 5);
-  CHECK(q.false_without_car == Approx(2.0 / 5));
+  CHECK(q.false_without_car == Approx(1.0 / 5));  // that of frame 12 is too far away
 }
 
 TEST_CASE("quality: clusters, ground, centre errors and ellipses") {
@@ -142,6 +142,14 @@ TEST_CASE("quality: clusters, ground, centre errors and ellipses") {
   CHECK(q.across_m.median == Approx(0.25));
   CHECK(q.in_ellipse.trials == 3);
   CHECK(q.in_ellipse.hits == 2);  // chi-square 5.99
+  CHECK(q.without_cluster == 0);
+  add_car(run, 7, 3, 20, 30, 0, 0);  // without a cluster: not a mean of fewer clusters
+  CHECK(quality_of_run(run).clusters_per_car == Approx(12.0 / 7));
+  CHECK(quality_of_run(run).without_cluster == Approx(1.0 / 8));
+  const Figures f = make_figures({run})[0];
+  CHECK(metrics::summarize(f.clusters_per_car).mean == Approx(12.0 / 7));
+  CHECK(f.with_cluster.hits == 7);
+  CHECK(f.with_cluster.trials == 8);
   CHECK(q.debris_frames == 2);
   CHECK(q.debris_found == Approx(0.5));
 }
@@ -339,6 +347,27 @@ TEST_CASE(
   options.presets = {"paper"};
   options.configs = {folder.write("bad.toml", "[gate]\nnonsense = 1\n")};
   CHECK(error_of([&] { run_logs(options); }).find("bad.toml:2") != std::string::npos);
+}
+
+TEST_CASE("drop-out of the poses: detections of these frames are compared by the true pose") {
+  const TempFolder folder;
+  sim::Scenario scenario = sim::load_scenario("overtake");
+  scenario.localisation.drop_outs = {{0, 0.3}};
+  test::write_race(scenario, 1, 0.6, folder.path("race.mcap"));
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")}, options.presets = {"paper"}, options.out = folder.path("out");
+  options.quiet = options.only_figures = true;
+  REQUIRE(run_logs(options));
+  const std::vector<Run> runs = read_runs(options.out);
+  REQUIRE(runs.size() == 1);
+  std::set<double> with_pose;
+  const Table &headings = runs[0].tables.at("ego_heading"), &centres = runs[0].tables.at("centres");
+  for (std::size_t r = 0; r < headings.rows(); ++r) with_pose.insert(headings.at(r, 0));
+  CHECK(with_pose.size() >= 2);
+  CHECK(with_pose.count(2) == 0);
+  int32_t found = 0;
+  for (std::size_t r = 0; r < centres.rows(); ++r) found += with_pose.count(centres.at(r, 0)) == 0;
+  CHECK(found > 2);
 }
 
 TEST_CASE("variants: a method that judges ground by its height has no oracle of the ground") {

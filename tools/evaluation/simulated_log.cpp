@@ -38,7 +38,7 @@ TruthFrame decode_cars(const std::string& path, std::string_view text) {
     for (const auto& c : json.at("cars"))
       out.cars.push_back({c.at("car"), c.at("is_ego"), c.at("x_m"), c.at("y_m"), c.at("z_m"), c.at("roll_rad"),
                           c.at("pitch_rad"), c.at("heading_rad"), c.at("course_rad"), c.at("speed_mps"),
-                          c.at("yaw_rate_rps")});
+                          c.at("yaw_rate_rps"), c.value("d_m", std::numeric_limits<double>::quiet_NaN())});
     return out;
   } catch (const nlohmann::json::exception& error) {
     throw io::Error(path, 0, std::string("/truth/cars: ") + error.what());
@@ -208,6 +208,7 @@ std::vector<CarTruth> SimulatedLog::cars_at(int64_t stamp_ns) const {
     c.z_m = mix(p.z_m, q.z_m);
     c.roll_rad = turn(p.roll_rad, q.roll_rad), c.pitch_rad = turn(p.pitch_rad, q.pitch_rad);
     c.heading_rad = turn(p.heading_rad, q.heading_rad), c.course_rad = turn(p.course_rad, q.course_rad);
+    c.offset_m = mix(p.offset_m, q.offset_m);
     c.speed_mps = mix(p.speed_mps, q.speed_mps), c.yaw_rate_rps = mix(p.yaw_rate_rps, q.yaw_rate_rps);
     out.push_back(c);
   }
