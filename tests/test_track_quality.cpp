@@ -459,6 +459,9 @@ TEST_CASE("confirmation: the delay runs from the first 3 points, the distance is
   rows[1].confirmed = true;  // its first row in reach: it had a track before
   CHECK(delays_to(rows, is_confirmed).seconds.empty());
   CHECK(delays_to(rows, is_confirmed).already_found == 1);
+  rows[1].begins_log = true;  // no track is older: found at once
+  CHECK(delays_to(rows, is_confirmed).seconds == std::vector<double>{0.0});
+  rows[1].begins_log = false;
   for (CarRow& row : rows) row.confirmed = false;
   REQUIRE(delays_to(rows, is_confirmed).seconds.size() == 1);
   CHECK(std::isnan(delays_to(rows, is_confirmed).seconds[0]));
@@ -517,6 +520,8 @@ TEST_CASE("car rows: the id is that of the track that CLEAR MOT gives the car, t
   const auto rows = car_rows(run);
   REQUIRE(rows.size() == 1);
   REQUIRE(rows.at(1).size() == 3);
+  CHECK(rows.at(1)[0].begins_log);
+  CHECK_FALSE(rows.at(1)[1].begins_log);
   for (const CarRow& row : rows.at(1)) {
     CHECK(row.id == 5);
     CHECK(row.existence == 0.8);
@@ -546,6 +551,9 @@ TEST_CASE(
   const TrackFigures t = make_figures({run})[0].tracks;
   CHECK(t.cars_seen == 1);
   CHECK(t.time_to_confirm_s.mean == Approx(2));
+  run.tables["cars"].add({320, 16, 2, 140, 0, 140, 0, 20, 1, 1, 1, 0, 1});  // has had its track before
+  CHECK(make_figures({run})[0].tracks.cars_seen == 2);
+  CHECK(make_figures({run})[0].tracks.time_to_confirm_s.mean == Approx(2));
 }
 
 TEST_CASE("false tracks: the seconds of confirmed tracks at no car count also of a track that was at a car once") {

@@ -133,7 +133,7 @@ void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
   for (const metrics::Presence& p : continuity.presences()) {
     ++out.tracks.cars_seen;
     out.tracks.never_confirmed += std::isnan(p.time_to_confirm_s);
-    samples.to_confirm.push_back(p.time_to_confirm_s);
+    if (p.time_to_confirm_s != 0) samples.to_confirm.push_back(p.time_to_confirm_s);  // 0: it had its track before
     if (!std::isnan(p.time_to_confirm_s)) samples.gap.push_back(p.longest_gap_s);
   }
   for (const auto& [name, to] : {std::pair("innovations", &samples.nis), {"innovations_own", &samples.nis_own}}) {

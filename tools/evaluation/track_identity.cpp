@@ -117,6 +117,7 @@ std::map<double, std::vector<CarRow>> car_rows(const Run& run) {
              confirmed = column_of(cars, "confirmed");
   for (std::size_t i = 0; i < frame.size(); ++i) {
     CarRow row{time[i], ahead[i], left[i], points[i], confirmed[i] > 0, 0, 0};
+    row.begins_log = frame[i] == 0;
     if (const auto found = id_of.find({frame[i], car[i]}); found != id_of.end()) row.id = found->second;
     if (const auto found = existence_of.find({frame[i], car[i]}); found != existence_of.end())
       row.existence = found->second;
@@ -150,7 +151,7 @@ Delays delays_to(const std::vector<CarRow>& rows, const std::function<bool(const
   for (const CarRow& row : rows) {
     if (bin_of(row.ahead_m) < 0) continue;
     if (presence && row.time_s - presence->last_s > away_s) close(*std::exchange(presence, std::nullopt));
-    if (!presence) presence = InReach{is_found(row)};
+    if (!presence) presence = InReach{!row.begins_log && is_found(row)};
     presence->last_s = row.time_s;
     if (std::isnan(presence->seen_s) && is_detectable(row)) presence->seen_s = row.time_s;
     if (std::isnan(presence->found_s) && is_found(row)) presence->found_s = row.time_s;

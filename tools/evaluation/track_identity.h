@@ -26,10 +26,11 @@ inline constexpr double kApproachM = 250;                 // range from which on
 // A car in a compared frame.
 struct CarRow {
   double time_s = 0, ahead_m = 0, left_m = 0;
-  double points = 0;       // NaN: unknown
-  bool confirmed = false;  // a confirmed track is at it
-  uint64_t id = 0;         // of the confirmed track that CLEAR MOT gives it, 0 none
-  double existence = 0;    // the largest of the tracks at it, 0 none
+  double points = 0;        // NaN: unknown
+  bool confirmed = false;   // a confirmed track is at it
+  uint64_t id = 0;          // of the confirmed track that CLEAR MOT gives it, 0 none
+  double existence = 0;     // the largest of the tracks at it, 0 none
+  bool begins_log = false;  // of the log's first frame: no track is older
 };
 // Of each car of a run, in order of time.
 std::map<double, std::vector<CarRow>> car_rows(const Run& run);
@@ -41,7 +42,8 @@ KeptIds count_kept_ids(const std::vector<CarRow>& rows, double away_s = kAwayS);
 
 // For each presence of the car from kNearestM to kFarthestM with a moment of kSeenPoints: time from the first one to
 // the first row that `is_found`, 0 if that is earlier; NaN never. A pause of away_s does not end a presence. Presences
-// whose first row is found (the car had its track before) say nothing of the delay and are only counted.
+// whose first row is found (the car had its track before) say nothing of the delay and are only counted, but for those
+// that begin with the log.
 struct Delays {
   std::vector<double> seconds;
   int64_t already_found = 0;
