@@ -18,6 +18,7 @@
 #include "tools/evaluation/recorded.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
+#include "tools/evaluation/simulated_log.h"
 #include "tools/evaluation/variant.h"
 #include "tools/io/angles.h"
 #include "tools/io/error.h"
@@ -368,6 +369,26 @@ TEST_CASE("drop-out of the poses: detections of these frames are compared by the
   int32_t found = 0;
   for (std::size_t r = 0; r < centres.rows(); ++r) found += with_pose.count(centres.at(r, 0)) == 0;
   CHECK(found > 2);
+}
+
+TEST_CASE("truth of a simulated log: beyond its last frame course and speed go on with their rates") {
+  const TempFolder folder;
+  test::write_race(sim::load_scenario("spin_near"), 1, 0.4, folder.path("race.mcap"));  // in a turn
+  SimulatedLog log(folder.path("race.mcap"));
+  LogFrame frame;
+  int64_t end_ns = 0;
+  while (log.next(frame)) end_ns = frame.scans.scans[0].stamp_ns;
+  while (!log.cars_at(end_ns).empty()) end_ns += 1'000'000;
+  end_ns -= 101'000'000;  // the truth is held for 0.1 s
+  const auto rates = [&](int64_t middle_ns) {
+    const std::vector<CarTruth> before = log.cars_at(middle_ns - 10'000'000),
+                                after = log.cars_at(middle_ns + 10'000'000);
+    return std::pair(mean_course_rate(1, before, after, 0.02), mean_acceleration(1, before, after, 0.02));
+  };
+  const auto inside = rates(end_ns - 12'000'000), beyond = rates(end_ns + 50'000'000);
+  CHECK(std::fabs(inside.first) > 0.05);
+  CHECK(beyond.first == Approx(inside.first).epsilon(0.01));
+  CHECK(beyond.second == Approx(inside.second).epsilon(0.01));
 }
 
 TEST_CASE("variants: a method that judges ground by its height has no oracle of the ground") {

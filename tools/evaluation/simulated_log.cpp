@@ -180,15 +180,17 @@ bool SimulatedLog::next(LogFrame& out) {
 }
 
 std::vector<CarTruth> SimulatedLog::cars_at(int64_t stamp_ns) const {
-  const auto above = std::lower_bound(truth_.begin(), truth_.end(), stamp_ns,
-                                      [](const TruthFrame& f, int64_t t) { return f.stamp_ns < t; });
+  auto above = std::lower_bound(truth_.begin(), truth_.end(), stamp_ns,
+                                [](const TruthFrame& f, int64_t t) { return f.stamp_ns < t; });
   if (truth_.empty()) return {};
+  // Beyond an end, the line through its two frames goes on: course and speed keep their rates.
+  if (truth_.size() > 1) above = std::clamp(above, truth_.begin() + 1, truth_.end() - 1);
   const TruthFrame& b = above == truth_.end() ? truth_.back() : *above;
   const TruthFrame& a = above == truth_.begin() || above == truth_.end() ? b : *(above - 1);
   constexpr int64_t kHeld = 100'000'000;
   if (stamp_ns > b.stamp_ns + kHeld || stamp_ns < a.stamp_ns - kHeld) return {};
   const double w = a.stamp_ns == b.stamp_ns ? 0 : double(stamp_ns - a.stamp_ns) / double(b.stamp_ns - a.stamp_ns);
-  // Beyond an end, the state is extrapolated.
+  // Of a single frame.
   const double on_s = a.stamp_ns == b.stamp_ns ? double(stamp_ns - a.stamp_ns) * 1e-9 : 0;
   std::vector<CarTruth> out;
   for (std::size_t i = 0; i < std::min(a.cars.size(), b.cars.size()); ++i) {
