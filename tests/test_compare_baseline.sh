@@ -64,24 +64,34 @@ number = {'median': 0.1, 'p95': 1.0, 'count': 9}
 d['quality'] = [{'contestant': name, 'scenario': 'las_vegas_15', 'detected_of_3_points': 0.5, 'detected_of_5_points': 0.5,
                  'false_detections': {'a_frame_anywhere': 0.5, 'a_frame_without_car': 0.25}, 'mixed_per_car': 0,
                  'ground': {'ppv_p5': 0.875}, 'centre_along_m': number, 'centre_across_m': number,
-                 'in_95_ellipse': {'value': 0.9375}} for name in ('other', 'paper')]"
+                 'in_95_ellipse': {'value': 0.9375}} for name in ('other', 'paper')]
+spread = {'rms': 0.5, 'p95_of_size': 1.0}
+pair = {'along_m': spread, 'across_m': spread}
+d['track_quality'] = [dict(pair, contestant=name, scenario='las_vegas_15', course_rad=spread,
+                           speed_mps={'all': spread, 'cruising': spread, 'braking': dict(spread, rms=0.625)},
+                           position=[dict(pair, to_m=40.0)], paths=[{'horizon_s': 2.0, 'cruising': pair}],
+                           confirmed_after_detectable={'median_s': 0.125, 'p99_s': 0.25, 'never': 0},
+                           overtakes={'share': 1.0}, gaps={'share': None}, losses={'share': 1.0})
+                      for name in ('other', 'paper')]"
 tools/dev/compare_baseline make "$work/metrics.json" other >"$work/other.json" || fail "make of another preset"
 grep -q '"command": ".* --preset other --seeds test' "$work/other.json" || fail "make: not the preset's command"
 [[ $(grep -c '"in_95_ellipse"' "$work/other.json") == 1 ]] || fail "make: not the quality of the preset alone"
 lines=$(grep -c '"contestant":"other"' "$work/other.json")
-want=$(python3 -c "import json; d = json.load(open('$base')); print(sum(e['contestant'] == 'paper' for e in d['figures'] + d['runs']) + 1)")
-((lines == want)) || fail "make: $lines lines of the preset, not $want"  # one of quality
-sed -i 's/"detected_of_3_points": 0.5/"detected_of_3_points": 0.75/' "$work/metrics.json"
+want=$(python3 -c "import json; d = json.load(open('$base')); print(sum(e['contestant'] == 'paper' for e in d['figures'] + d['runs']) + 2)")
+((lines == want)) || fail "make: $lines lines of the preset, not $want"  # one of quality, one of track quality
+sed -i 's/"detected_of_3_points": 0.5/"detected_of_3_points": 0.75/; s/"rms": 0.625/"rms": 0.75/' "$work/metrics.json"
 code=0
 tools/dev/compare_baseline compare "$work/metrics.json" "$work/other.json" >"$work/log" || code=$?
 ((code == 1)) || fail "compare of another preset: exit code $code"
 grep -qE '^other +las_vegas_15 +detected of 3 points +0.5 +0.75 +better$' "$work/log" || fail "compare: no quality in $(cat "$work/log")"
+grep -qE '^other +las_vegas_15 +speed, braking, rms +0.625 +0.75 +worse$' "$work/log" ||
+  fail "compare: no track quality in $(cat "$work/log")"
 # The pooled quality of some scenarios is not compared with that of all, and a missing quality is named.
 python3 - "$work" <<END
 import json, sys
 for source, target in ('other', 'pooled'), ('metrics', 'part'):
     data = json.load(open(f'{sys.argv[1]}/{source}.json'))
-    for q in data['quality']:
+    for q in data['quality'] + data['track_quality']:
         q['scenario'] = 'all'
     json.dump(data, open(f'{sys.argv[1]}/{target}.json', 'w'))
 END

@@ -18,6 +18,7 @@
 #include "tools/evaluation/recorded.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
+#include "tools/evaluation/simulated_log.h"
 #include "tools/evaluation/variant.h"
 #include "tools/io/angles.h"
 #include "tools/io/error.h"
@@ -114,7 +115,7 @@ TEST_CASE("quality: false detections by distance, surface, banking and place") {
   CHECK(q.by_lap.size() == 1);
   CHECK(q.by_lap.at("200 to 400 m") == Approx(2.0 / 15));
   CHECK(q.frames_without_car == 5);
-  CHECK(q.false_without_car == Approx(2.0 / 5));
+  CHECK(q.false_without_car == Approx(1.0 / 5));  // that of frame 12 is too far away
 }
 
 TEST_CASE("quality: clusters, ground, centre errors and ellipses") {
@@ -142,6 +143,14 @@ TEST_CASE("quality: clusters, ground, centre errors and ellipses") {
   CHECK(q.across_m.median == Approx(0.25));
   CHECK(q.in_ellipse.trials == 3);
   CHECK(q.in_ellipse.hits == 2);  // chi-square 5.99
+  CHECK(q.without_cluster == 0);
+  add_car(run, 7, 3, 20, 30, 0, 0);  // without a cluster: not a mean of fewer clusters
+  CHECK(quality_of_run(run).clusters_per_car == Approx(12.0 / 7));
+  CHECK(quality_of_run(run).without_cluster == Approx(1.0 / 8));
+  const Figures f = make_figures({run})[0];
+  CHECK(metrics::summarize(f.clusters_per_car).mean == Approx(12.0 / 7));
+  CHECK(f.with_cluster.hits == 7);
+  CHECK(f.with_cluster.trials == 8);
   CHECK(q.debris_frames == 2);
   CHECK(q.debris_found == Approx(0.5));
 }
@@ -339,6 +348,47 @@ TEST_CASE(
   options.presets = {"paper"};
   options.configs = {folder.write("bad.toml", "[gate]\nnonsense = 1\n")};
   CHECK(error_of([&] { run_logs(options); }).find("bad.toml:2") != std::string::npos);
+}
+
+TEST_CASE("drop-out of the poses: detections of these frames are compared by the true pose") {
+  const TempFolder folder;
+  sim::Scenario scenario = sim::load_scenario("overtake");
+  scenario.localisation.drop_outs = {{0, 0.3}};
+  test::write_race(scenario, 1, 0.6, folder.path("race.mcap"));
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")}, options.presets = {"paper"}, options.out = folder.path("out");
+  options.quiet = options.only_figures = true;
+  REQUIRE(run_logs(options));
+  const std::vector<Run> runs = read_runs(options.out);
+  REQUIRE(runs.size() == 1);
+  std::set<double> with_pose;
+  const Table &headings = runs[0].tables.at("ego_heading"), &centres = runs[0].tables.at("centres");
+  for (std::size_t r = 0; r < headings.rows(); ++r) with_pose.insert(headings.at(r, 0));
+  CHECK(with_pose.size() >= 2);
+  CHECK(with_pose.count(2) == 0);
+  int32_t found = 0;
+  for (std::size_t r = 0; r < centres.rows(); ++r) found += with_pose.count(centres.at(r, 0)) == 0;
+  CHECK(found > 2);
+}
+
+TEST_CASE("truth of a simulated log: beyond its last frame course and speed go on with their rates") {
+  const TempFolder folder;
+  test::write_race(sim::load_scenario("spin_near"), 1, 0.4, folder.path("race.mcap"));  // in a turn
+  SimulatedLog log(folder.path("race.mcap"));
+  LogFrame frame;
+  int64_t end_ns = 0;
+  while (log.next(frame)) end_ns = frame.scans.scans[0].stamp_ns;
+  while (!log.cars_at(end_ns).empty()) end_ns += 1'000'000;
+  end_ns -= 101'000'000;  // the truth is held for 0.1 s
+  const auto rates = [&](int64_t middle_ns) {
+    const std::vector<CarTruth> before = log.cars_at(middle_ns - 10'000'000),
+                                after = log.cars_at(middle_ns + 10'000'000);
+    return std::pair(mean_course_rate(1, before, after, 0.02), mean_acceleration(1, before, after, 0.02));
+  };
+  const auto inside = rates(end_ns - 12'000'000), beyond = rates(end_ns + 50'000'000);
+  CHECK(std::fabs(inside.first) > 0.05);
+  CHECK(beyond.first == Approx(inside.first).epsilon(0.01));
+  CHECK(beyond.second == Approx(inside.second).epsilon(0.01));
 }
 
 TEST_CASE("variants: a method that judges ground by its height has no oracle of the ground") {

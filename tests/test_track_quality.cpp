@@ -11,6 +11,7 @@
 #include "tests/support/temp_folder.h"
 #include "tools/evaluation/detection_columns.h"
 #include "tools/evaluation/figures.h"
+#include "tools/evaluation/figures_parts.h"
 #include "tools/evaluation/metrics/calibration.h"
 #include "tools/evaluation/path_judge.h"
 #include "tools/evaluation/places.h"
@@ -183,6 +184,23 @@ TEST_CASE("paths: the changes of speed and offset are the largest ones until the
   }
 }
 
+TEST_CASE("paths: the offset is that of the truth where the log has it, not that from the map") {
+  const TempFolder folder;
+  PathJudge judge;
+  judge.use_circuit(folder.write("map.csv", "0,0,9,9\n100,0,9,9\n200,0,9,9\n300,0,9,9\n"));
+  PathColumns path(0.5, {50}, {0}, 1, 0, 1);
+  // 1 m away from the map's line, where the true one bends away.
+  const PathJudge::CarsAt truth = [](int64_t stamp_ns) {
+    const double s = double(stamp_ns) * 1e-9;
+    return std::vector<CarTruth>{{3, false, 50, 1, 0, 0, 0, 0, 0, 40, 0, 2 + 4 * s}};
+  };
+  Table out = make_tables()["paths"];
+  judge.add(0, path.tracks, 0, truth(0)[0]);
+  judge.advance(kSecond, truth, out);
+  REQUIRE(out.rows() == 1);
+  CHECK(cell(out, 0, "offset_change_m") == Approx(2));
+}
+
 TEST_CASE("path figures: bias, deviation, 95 % and ellipses by what the car does") {
   Run run = empty_run();
   const auto add = [&](double horizon, double along, double across, double square, double speed, double offset) {
@@ -291,6 +309,8 @@ TEST_CASE("track figures: errors by range, of speed while cruising and braking, 
   CHECK(q.speed_mps.error.count == 5);
   CHECK(q.speed_cruising_mps.error.count == 2);
   CHECK(q.speed_cruising_mps.error.mean == Approx(4.5));
+  CHECK(q.speed_cruising_mps.rms == Approx(std::sqrt((9 + 36) / 2.0)));  // contains the bias
+  CHECK(std::isnan(spread_of({NAN}).rms));
   CHECK(q.speed_braking_mps.error.count == 1);
   CHECK(q.speed_braking_mps.size_p95 == Approx(9));
   CHECK(q.course_rad.error.count == 3);  // of a moving car
@@ -307,6 +327,39 @@ TEST_CASE("places: the mean acceleration of a car is its change of speed over th
   CHECK(mean_acceleration(2, before, after, 0.05) == Approx(-20));
   CHECK(mean_acceleration(1, before, after, 0.5) == Approx(3));
   CHECK(std::isnan(mean_acceleration(0, before, after, 0.05)));
+}
+
+TEST_CASE("places: the rate of a track's course is compared with that of the car's course, not with its body's") {
+  std::vector<CarTruth> before(2), after(1);
+  before[0].car = 4, before[1].car = 3, before[1].course_rad = M_PI - 0.01, after[0].car = 3;
+  after[0].course_rad = -M_PI + 0.01;
+  CHECK(mean_course_rate(3, before, after, 0.05) == Approx(0.4));
+  CHECK(std::isnan(mean_course_rate(4, before, after, 0.05)));
+
+  CarTruth car;  // spins: the body turns by 6 rad/s, the course by 0.5
+  car.x_m = 10, car.y_m = 20, car.speed_mps = 30, car.course_rad = 3, car.yaw_rate_rps = 6;
+  const double x[] = {11}, y[] = {18}, speed[] = {33}, course[] = {-3}, rate[] = {0.75};
+  ovt_tracks t{};
+  t.count = 1, t.x_m = x, t.y_m = y, t.speed_mps = speed, t.course_rad = course, t.yaw_rate_rps = rate;
+  const std::array<double, 5> e = state_error(t, 0, car, 0.5), expected = {1, -2, 3, 2 * M_PI - 6, 0.25};
+  for (std::size_t k = 0; k < 5; ++k) CHECK(e[k] == Approx(expected[k]));
+  car.speed_mps = 3;  // no course any more
+  CHECK(std::isnan(state_error(t, 0, car, 0.5)[4]));
+}
+
+TEST_CASE("places: beyond the last published pose the ego drives on its arc") {
+  io::EgoRow last;
+  last.stamp_ns = kSecond, last.x_m = 100, last.speed_mps = 50, last.yaw_rate_rps = 0.5;
+  const std::vector<PublishedPose> poses = {{last, 0}};
+  // A circle of 100 m with its centre at (100, 100).
+  for (const double s : {-1.0, -0.2, 0.0, 0.2, 1.0}) {
+    const io::EgoRow row = pose_at(poses, kSecond + int64_t(s * 1e9));
+    CHECK(row.yaw_rad == Approx(0.5 * s));
+    CHECK(row.x_m == Approx(100 + 100 * std::sin(0.5 * s)));
+    CHECK(row.y_m == Approx(100 - 100 * std::cos(0.5 * s)));
+  }
+  last.yaw_rate_rps = 0;
+  CHECK(pose_at({{last, 0}}, 3 * kSecond).x_m == Approx(200));
 }
 
 TEST_CASE("identity: a whole overtake keeps one id if the same track is at the car on both sides") {
@@ -399,19 +452,38 @@ TEST_CASE("confirmation: the delay runs from the first 3 points, the distance is
   std::vector<CarRow> rows = drive({160, 149, 130, 125, 90, 79});
   for (std::size_t k = 0; k < 4; ++k) rows[k].confirmed = false;
   rows[1].points = 2;
-  CHECK(delays_to(rows, is_confirmed) == std::vector<double>{1.0});  // rows 2 and 4
-  rows[1].confirmed = true;
-  CHECK(delays_to(rows, is_confirmed) == std::vector<double>{0.0});  // before it is detectable
+  CHECK(delays_to(rows, is_confirmed).seconds == std::vector<double>{1.0});  // rows 2 and 4
+  rows[2].confirmed = true;
+  rows[2].points = 2;
+  CHECK(delays_to(rows, is_confirmed).seconds == std::vector<double>{0.0});  // before it is detectable
+  rows[1].confirmed = true;  // its first row in reach: it had a track before
+  CHECK(delays_to(rows, is_confirmed).seconds.empty());
+  CHECK(delays_to(rows, is_confirmed).already_found == 1);
+  rows[1].begins_log = true;  // no track is older: found at once
+  CHECK(delays_to(rows, is_confirmed).seconds == std::vector<double>{0.0});
+  rows[1].begins_log = false;
   for (CarRow& row : rows) row.confirmed = false;
-  REQUIRE(delays_to(rows, is_confirmed).size() == 1);
-  CHECK(std::isnan(delays_to(rows, is_confirmed)[0]));
-  for (CarRow& row : rows) row.points = 2;
-  CHECK(delays_to(rows, is_confirmed).empty());
-  rows = drive({149, 140, 160, 155, 151, 152, 140, 130});  // leaves for 2 s
-  CHECK(delays_to(rows, is_confirmed).size() == 2);
+  REQUIRE(delays_to(rows, is_confirmed).seconds.size() == 1);
+  CHECK(std::isnan(delays_to(rows, is_confirmed).seconds[0]));
+  for (CarRow& row : rows) row.points = 2, row.confirmed = true;
+  CHECK(delays_to(rows, is_confirmed).seconds.empty());
+  CHECK(delays_to(rows, is_confirmed).already_found == 0);  // never detectable
 
-  const FoundAfter found = found_after({0.1, NAN, 0.3, 0.2});
+  // Not confirmed in rows 0 and 1; out of reach for 1.5 s the car is the same presence, for 2 s it comes anew.
+  rows = drive({149, 140, 160, 155, 149, 140, 130});
+  rows[0].confirmed = rows[1].confirmed = false;
+  CHECK(delays_to(rows, is_confirmed).seconds == std::vector<double>{2.0});
+  CHECK(delays_to(rows, is_confirmed).already_found == 0);
+  rows = drive({149, 140, 160, 155, 151, 149, 140, 130});
+  rows[0].confirmed = rows[1].confirmed = false;
+  REQUIRE(delays_to(rows, is_confirmed).seconds.size() == 1);
+  CHECK(std::isnan(delays_to(rows, is_confirmed).seconds[0]));
+  CHECK(delays_to(rows, is_confirmed).already_found == 1);
+  CHECK(delays_to(rows, is_confirmed, 2.0).seconds == std::vector<double>{2.5});
+
+  const FoundAfter found = found_after({{0.1, NAN, 0.3, 0.2}, 5});
   CHECK(found.presences == 4);
+  CHECK(found.already_found == 5);
   CHECK(found.never == 1);
   CHECK(found.median_s == Approx(0.2));
   CHECK(found.p99_s == Approx(0.298));
@@ -448,11 +520,86 @@ TEST_CASE("car rows: the id is that of the track that CLEAR MOT gives the car, t
   const auto rows = car_rows(run);
   REQUIRE(rows.size() == 1);
   REQUIRE(rows.at(1).size() == 3);
+  CHECK(rows.at(1)[0].begins_log);
+  CHECK_FALSE(rows.at(1)[1].begins_log);
   for (const CarRow& row : rows.at(1)) {
     CHECK(row.id == 5);
     CHECK(row.existence == 0.8);
     CHECK(row.confirmed);
   }
+}
+
+TEST_CASE(
+    "every N-th frame: a step longer than the limits of a pause does not end a presence, an overtake, an approach") {
+  Run run = empty_run();
+  run.about["compared"] = "40";  // 2 s
+  const double ahead_m[] = {140, 110, 70, 30, -30, -70, -90};
+  for (int32_t k = 0; k < 7; ++k) {
+    const double frame = 40 * k;
+    run.tables["clusters"].add({frame, 1, 0, 0});
+    add_car_row(run, frame, 1, ahead_m[k], 20, k > 0);
+    if (k > 0) add_track_row(run, frame, 5, 1, ahead_m[k], 0, 0);
+  }
+  const TrackQuality q = quality_of_tracks(run);
+  CHECK(q.confirmed.presences == 1);
+  CHECK(q.confirmed.already_found == 0);
+  CHECK(q.confirmed.median_s == Approx(2));
+  CHECK(q.overtakes.trials == 1);
+  CHECK(q.overtakes.hits == 1);
+  CHECK(q.from_ahead.approaches == 1);
+  CHECK(q.hours == Approx(14.0 / 3600));
+  const TrackFigures t = make_figures({run})[0].tracks;
+  CHECK(t.cars_seen == 1);
+  CHECK(t.time_to_confirm_s.mean == Approx(2));
+  run.tables["cars"].add({320, 16, 2, 140, 0, 140, 0, 20, 1, 1, 1, 0, 1});  // has had its track before
+  CHECK(make_figures({run})[0].tracks.cars_seen == 2);
+  CHECK(make_figures({run})[0].tracks.time_to_confirm_s.mean == Approx(2));
+}
+
+TEST_CASE("false tracks: the seconds of confirmed tracks at no car count also of a track that was at a car once") {
+  Run run = empty_run();
+  for (int32_t k = 0; k < 10; ++k) {
+    run.tables["clusters"].add({double(k), 1, 0, 0});
+    add_track_row(run, k, 5, k == 0 ? 1 : -1, 60, k == 0 ? 0 : NAN, NAN);
+  }
+  TrackFigures t = make_figures({run})[0].tracks;
+  CHECK(t.false_tracks == 0);
+  CHECK(t.false_s == Approx(0.45));
+  CHECK(t.false_s_per_hour == Approx(0.45 / 0.5 * 3600));
+  run.about["compared"] = "2";
+  t = make_figures({run})[0].tracks;
+  CHECK(t.false_s == Approx(0.9));
+  CHECK(t.false_s_per_hour == Approx(0.45 / 0.5 * 3600));
+}
+
+TEST_CASE("GOSPA: its mean leaves out frames with neither a car nor a track") {
+  Run run = empty_run();
+  for (int32_t k = 0; k < 4; ++k) run.tables["clusters"].add({double(k), 1, 0, 0});
+  add_car_row(run, 1, 1, 60, 20, 1);
+  add_track_row(run, 1, 5, 1, 61, 0, 0);
+  add_track_row(run, 2, 6, -1, 40, NAN, NAN);
+  const TrackFigures t = make_figures({run})[0].tracks;
+  CHECK(t.gospa_m.count == 2);
+  CHECK(t.gospa_m.mean == Approx((1 + std::sqrt(2.0)) / 2));
+  CHECK(t.gospa_located_m2 == Approx(0.5));
+  CHECK(t.gospa_false_m2 == Approx(1));
+}
+
+TEST_CASE("HOTA: the mean localisation is that of the runs with a pair; frames without a car have their own time") {
+  Run one = empty_run(), other = empty_run();
+  for (Run* run : {&one, &other}) {
+    run->tables["clusters"].add({0, 1, 0, 0});
+    add_car_row(*run, 0, 1, 60, 20, 1);
+  }
+  add_track_row(one, 0, 5, 1, 60, 0, 0);
+  const TrackFigures t = make_figures({one, other})[0].tracks;
+  CHECK(t.hota.hota == Approx(0.5));
+  CHECK(t.hota.localisation == Approx(1));
+  CHECK(t.hota_window.localisation == Approx(1));
+
+  one.tables["clusters"].add({500, 1, 0, 0});
+  one.tables["ego"].add({500, 25, 0, 0});
+  CHECK(mot_frames(one).at(500).time_s == 25);
 }
 
 TEST_CASE("consistency: the share of single NEES and NIS values within their 95 % bounds") {
@@ -467,6 +614,7 @@ TEST_CASE("consistency: the share of single NEES and NIS values within their 95 
   run.tables["innovations_own"].add({0, -1, 9.0});
   const TrackFigures t = make_figures({run})[0].tracks;
   CHECK(t.nees_inside.trials == 5);
+  CHECK(t.nees.left_out == 1);
   CHECK(t.nees_inside.hits == 3);
   CHECK(t.nis_inside.trials == 4);
   CHECK(t.nis_inside.hits == 2);
@@ -537,8 +685,8 @@ TEST_CASE("track tables: a column for each preset and the goal; values that no p
   REQUIRE(columns.size() == 2);
   const Rows tracks = track_rows(columns), paths = path_rows(columns);
   CHECK(tracks[0] == std::vector<std::string>{"scenario: hand", "best", "paper", "goal"});
-  CHECK(tracks[1] == std::vector<std::string>{"position along m, 0 to 40 m: deviation (bias, 95 %)",
-                                              "0.00 (0.25, 0.25)", "0.00 (1.50, 1.50)", "0.08"});
+  CHECK(tracks[1] == std::vector<std::string>{"position along m, 0 to 40 m: rms (deviation, bias, 95 %)",
+                                              "0.25 (0.00, 0.25, 0.25)", "1.50 (0.00, 1.50, 1.50)", "0.08"});
   const auto has = [](const Rows& rows, const char* word) {
     return std::any_of(rows.begin(), rows.end(),
                        [&](const auto& row) { return row[0].find(word) != std::string::npos; });
@@ -560,6 +708,7 @@ TEST_CASE("track tables: a column for each preset and the goal; values that no p
   const nlohmann::json json = json_of(columns[0]);
   CHECK(json["paths"][1]["horizon_s"] == 1);
   CHECK(json["paths"][1]["cruising"]["along_m"]["p95_of_size"] == Approx(0.5));
+  CHECK(json["position"][0]["along_m"]["rms"] == Approx(0.25));
   CHECK(json["existence"]["brier"] == Approx(0.0625));
   CHECK(json["existence"]["at_0_1_false_an_hour"]["existence"] == 0.5);
   CHECK(!json_of(columns[1]).contains("existence"));

@@ -23,8 +23,11 @@ io::EgoRow corrected(io::EgoRow pose, const ovt_frame_info& info, const ovt_dete
 
 MapPlace place_in_map(const std::vector<PublishedPose>& poses, const ovt_frame_info& info, const ovt_detections& d,
                       int32_t row) {
-  return to_map(corrected(pose_at(poses, d.stamp_ns[row]), info, d, row), double(d.x_m[row]), double(d.y_m[row]),
-                height_of(d, row), double(d.heading_rad[row]));
+  return place_in_map(corrected(pose_at(poses, d.stamp_ns[row]), info, d, row), d, row);
+}
+
+MapPlace place_in_map(const io::EgoRow& pose, const ovt_detections& d, int32_t row) {
+  return to_map(pose, double(d.x_m[row]), double(d.y_m[row]), height_of(d, row), double(d.heading_rad[row]));
 }
 
 bool is_debris(const ovt_detections& d, int32_t row) {

@@ -25,6 +25,7 @@ io::EgoRow corrected(io::EgoRow pose, const ovt_frame_info& info, const ovt_dete
 // A detection in the map, as the method takes it there: by the corrected pose, at the height of the road.
 MapPlace place_in_map(const std::vector<PublishedPose>& poses, const ovt_frame_info& info,
                       const ovt_detections& detections, int32_t row);
+MapPlace place_in_map(const io::EgoRow& pose, const ovt_detections& detections, int32_t row);
 bool is_debris(const ovt_detections& detections, int32_t row);
 // Whether an obstacle that the truth does not list among the cars is there, so that a detection at no car is not false:
 // debris and a detection of class unknown, or a parked vehicle and a detection of another class than debris. `surface`:

@@ -270,11 +270,13 @@ void Evaluator::add_false_detection(const ovt_detections& d, int32_t i, const Ca
 
 void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
-    const MapPlace at = place_in_map(poses(), info, d, i);
-    const double x = at.x_m, y = at.y_m, heading = at.heading_rad;
     const std::vector<CarTruth> cars = cars_at(d.stamp_ns[i]);
-    const int32_t c = (info.ego_known || poses_) && !is_debris(d, i) ? nearest_car(cars, x, y) : -1;
     const CarTruth* ego = ego_of(cars);
+    const bool has_pose = info.ego_known || poses_;  // else the true one
+    const MapPlace at =
+        has_pose || !ego ? place_in_map(poses(), info, d, i) : place_in_map(true_pose(*ego, d.stamp_ns[i]), d, i);
+    const double x = at.x_m, y = at.y_m, heading = at.heading_rad;
+    const int32_t c = (has_pose || ego) && !is_debris(d, i) ? nearest_car(cars, x, y) : -1;
     if (is_debris(d, i)) {  // neither finds a car nor is false where debris or a car is
       const int32_t surface = d.cluster ? main_surface(d.cluster[i]) : -1;
       debris_found_ += surface == int32_t(sim::Surface::debris);
@@ -298,7 +300,7 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
                                double(d.y_m[i]), double(d.point_count[i]), double(d.heading_source[i]), ex, ey, along,
                                across, turn});
     const auto prior = prior_.find(d.track[i]);
-    if (prior == prior_.end()) continue;
+    if (prior == prior_.end() || !has_pose) continue;
     const Prior& p = prior->second;
     const double dt = double(d.stamp_ns[i] - p.stamp_ns) * 1e-9;
     const double innovation[2] = {x - p.x_m - p.speed_mps * dt * std::cos(p.course_rad),
@@ -314,15 +316,17 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
   }
 }
 
-// The acceleration is the mean over a period with this time in its middle.
+// Acceleration and rate of the course are means over a period with this time in its middle.
 void Evaluator::add_motion(int64_t publish_ns, const std::vector<CarTruth>& cars) {
   const int64_t half = log_.rig().period_ns() / 2;
   const std::vector<CarTruth> before = cars_at(publish_ns - half), after = cars_at(publish_ns + half);
-  for (const CarTruth& c : cars)
-    if (!c.is_ego)
-      tables_["motion"].add({frame_number_, double(c.car), c.speed_mps,
-                             mean_acceleration(c.car, before, after, 2e-9 * double(half)), c.yaw_rate_rps,
-                             wrap_angle(c.heading_rad - c.course_rad)});
+  for (const CarTruth& c : cars) {
+    if (c.is_ego) continue;
+    course_rate_[c.car] = mean_course_rate(c.car, before, after, 2e-9 * double(half));
+    tables_["motion"].add({frame_number_, double(c.car), c.speed_mps,
+                           mean_acceleration(c.car, before, after, 2e-9 * double(half)), c.yaw_rate_rps,
+                           wrap_angle(c.heading_rad - c.course_rad)});
+  }
 }
 
 void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const ovt_detections& detections,
@@ -341,16 +345,16 @@ void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks,
       tables_["parked_tracks"].add({frame_number_, double(t.id[i]), double(confirmed)});
       continue;
     }
-    double e[5] = {kNan, kNan, kNan, kNan, kNan}, along = kNan, across = kNan, heading = kNan, nees = kNan;
+    std::array<double, 5> e = {kNan, kNan, kNan, kNan, kNan};
+    double along = kNan, across = kNan, heading = kNan, nees = kNan;
     if (c >= 0) {
       const CarTruth& car = cars[std::size_t(c)];
-      e[0] = t.x_m[i] - car.x_m, e[1] = t.y_m[i] - car.y_m, e[2] = t.speed_mps[i] - car.speed_mps;
-      e[3] = wrap_angle(t.course_rad[i] - car.course_rad), e[4] = t.yaw_rate_rps[i] - car.yaw_rate_rps;
+      e = state_error(t, i, car, course_rate_[car.car]);
       heading = wrap_angle(t.heading_rad[i] - car.heading_rad);
       along = ce * e[0] + se * e[1], across = ce * e[1] - se * e[0];
       double covariance[15];
       for (int32_t k = 0; k < 15; ++k) covariance[k] = t.covariance[k][i];
-      if (in_map) nees = metrics::normalized_square(e, covariance, 5);
+      if (in_map) nees = metrics::normalized_square(e.data(), covariance, 5);
       ++(confirmed ? confirmed_ : tentative_)[car.car];
       if (confirmed && in_map) paths_.add(frame_number_, t, i, car);
     }

@@ -15,7 +15,8 @@
 //   ego         one per frame: the true speed and yaw rate
 //   ego_heading one per frame: error of the ego heading that the pipeline got, and with its own correction
 //   detections  one per detection: position, its car (-1 none) and its errors
-//   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data. Without ego poses as
+//   tracks      one per track: the same with speed, course, rate of the course (yaw_rate_rps), NEES, age of its data;
+//               rate and NEES only at cars faster than kMovingMps. Without ego poses as
 //               tracks_in_map.h has it, without yaw rate and NEES
 //   parked_tracks   one per track at no car that is on a parked vehicle: it is in no other table of tracks
 //   existence   one per track of a method that publishes the probability of existence
@@ -39,7 +40,8 @@
 //
 // Detections are compared with the truth at their own stamp, tracks at publish time, which is the end of the frame: its
 // first stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error rotated to the true
-// ego's frame. A detection or a track is at the nearest car within the gate, else false. A detection of class debris is
+// ego's frame. While the pipeline does not know the ego pose, detections are taken to the map by the true one. A
+// detection or a track is at the nearest car within the gate, else false. A detection of class debris is
 // at no car, and false unless most of its points are of debris or of a car; a right one is in no table of detections.
 // A track is on a parked vehicle while most points of its last detection lie on one, unless that is of class debris.
 #pragma once
@@ -101,7 +103,7 @@ class Evaluator {
   void leave_out_times() { with_times_ = false; }
   // The ego poses that the pipeline got, if they are not those of the log; they outlive the evaluator.
   void use_poses(const std::vector<PublishedPose>& poses) { poses_ = &poses; }
-  // The true circuit, from which the paths' cars change their offset. Throws io::Error.
+  // The circuit from which the paths' cars change their offset, if the truth does not have it. Throws io::Error.
   void use_circuit(const std::string& map_file) { paths_.use_circuit(map_file); }
 
   // For a piece of a log (pieces.h): times count from the log's first stamp instead of the first frame's.
@@ -165,6 +167,7 @@ class Evaluator {
   int64_t first_ns_ = -1;
   double frame_number_ = 0, time_s_ = 0;
   // Of the current frame, by car.
+  std::map<int32_t, double> course_rate_;
   std::map<int32_t, int64_t> points_, clusters_, boxed_, detected_, tentative_, confirmed_;
   std::map<int64_t, std::map<uint16_t, int64_t>> surfaces_;  // points of each cluster, by surface
   int64_t debris_points_ = 0, debris_found_ = 0;

@@ -23,6 +23,12 @@ int32_t bin_of(double ahead_m) {
   return ahead_m >= kNearestM && ahead_m < kFarthestM ? int32_t((ahead_m - kNearestM) / kBinM) : -1;
 }
 
+double step_of(const Run& run) {
+  const auto period = run.about.find("period_s"), compared = run.about.find("compared");  // every N-th frame
+  return (period == run.about.end() ? 0.05 : std::stod(period->second)) *
+         (compared == run.about.end() ? 1 : std::stod(compared->second));
+}
+
 std::vector<CarRows> rows_by_car(const Table& cars) {
   const auto car = column_of(cars, "car"), ahead = column_of(cars, "ahead_m");
   std::map<double, std::vector<std::size_t>> rows_of;
@@ -60,7 +66,8 @@ void add_clusters(const Run& run, Figures& out) {
     if (known ? points[i] < kMinCarPoints : std::fabs(ahead[i]) > kNearCarM) continue;
     with_car.insert({frame[i], number[i]});
     frames.insert(frame[i]);
-    if (known) out.clusters_per_car.push_back(of[i]);
+    if (known) ++out.with_cluster.trials, out.with_cluster.hits += of[i] > 0;
+    if (known && of[i] > 0) out.clusters_per_car.push_back(of[i]);
     out.boxed_per_car.push_back(boxed[i]);
   }
   const auto at = column_of(clusters, "frame"), other = column_of(clusters, "mixed_other"),
@@ -72,7 +79,7 @@ void add_clusters(const Run& run, Figures& out) {
              when = column_of(euclid, "frame");
   for (std::size_t i = 0; i < radius.size(); ++i)
     if (with_car.count({when[i], car[i]})) {
-      if (known) out.euclid_clusters[radius[i]].push_back(count[i]);
+      if (known && count[i] > 0) out.euclid_clusters[radius[i]].push_back(count[i]);
       out.euclid_boxed[radius[i]].push_back(boxes[i]);
     }
   const Table &mixed = run.tables.at("euclid_mixed"), &by_size = run.tables.at("boxes");
@@ -247,10 +254,7 @@ std::vector<Figures> make_figures(const std::vector<Run>& runs) {
       f.cpus.insert(cpu == run.about.end() ? "unknown CPU" : cpu->second);
       const auto every = run.about.find("every");
       if (every != run.about.end() && every->second != "none") f.every.insert(every->second);
-      const auto period = run.about.find("period_s");
-      const auto compared = run.about.find("compared");  // every N-th frame
-      f.seconds += frames * (period == run.about.end() ? 0.05 : std::stod(period->second)) *
-                   (compared == run.about.end() ? 1 : std::stod(compared->second));
+      f.seconds += frames * step_of(run);
       add_ground(run.tables.at("scans"), f.ground);
       add_ground(run.tables.at("grid"), f.grid);
       add_ground(run.tables.at("auto_label"), f.auto_label);

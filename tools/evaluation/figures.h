@@ -48,6 +48,7 @@ struct TrackFigures {
   metrics::Share nees_inside, nis_inside, nis_own_inside;         // of single values, within bounds that contain 95 %
   int64_t cars_seen = 0, never_confirmed = 0, false_tracks = 0;
   double false_per_hour = 0;
+  double false_s = 0, false_s_per_hour = 0;  // seconds of all confirmed tracks while they are at no car
 };
 
 struct Figures {
@@ -58,13 +59,14 @@ struct Figures {
   int32_t most_cars = 0;       // at once within reach, without the ego
   double closest_cars_m = 0;   // between the middles of two cars; NaN: never two
   double seconds = 0;
-  GroundFigures ground, grid;                              // compared with the surface truth
-  GroundFigures ground_auto, grid_auto;                    // compared with the automatic labels
-  GroundFigures auto_label;                                // automatic labels compared with the truth
-  std::map<double, std::pair<double, double>> car_points;  // range -> points, found
-  std::vector<double> clusters_per_car, boxed_per_car, mixed_other,
-      mixed_cars;                                                       // one value per car and frame; mixed: per frame
-  std::vector<double> mixed_by_size;                                    // the same by the paper's rule
+  GroundFigures ground, grid;                                  // compared with the surface truth
+  GroundFigures ground_auto, grid_auto;                        // compared with the automatic labels
+  GroundFigures auto_label;                                    // automatic labels compared with the truth
+  std::map<double, std::pair<double, double>> car_points;      // range -> points, found
+  std::vector<double> clusters_per_car;                        // one value per car and frame with a cluster of it
+  metrics::Group with_cluster;                                 // cars and frames; those with a cluster of the car
+  std::vector<double> boxed_per_car, mixed_other, mixed_cars;  // one value per car and frame; mixed: per frame
+  std::vector<double> mixed_by_size;                           // the same by the paper's rule
   std::map<double, std::vector<double>> euclid_clusters, euclid_boxed;  // by radius, as above
   std::map<double, std::vector<double>> euclid_mixed, euclid_mixed_cars, euclid_mixed_by_size;
   metrics::Group seams;                                        // cars over a seam; those in one cluster

@@ -4,6 +4,7 @@
 // Declarations shared by the parts of figures.cpp.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -14,6 +15,9 @@ namespace overtake::evaluation {
 
 std::vector<double> column_of(const Table& table, const std::string& name);
 int32_t bin_of(double ahead_m);  // of distance, -1: outside
+double step_of(const Run& run);  // seconds from a compared frame to the next
+// The limit of a pause, long enough for runs that compare every N-th frame.
+inline double away_of(const Run& run, double least_s) { return std::max(least_s, 1.5 * step_of(run)); }
 
 // The rows of one car in the table of cars, in order, and the event (events_of) of each of them.
 struct CarRows {
@@ -35,8 +39,8 @@ int64_t count_false_tracks(const Run& run);
 
 struct TrackSamples {
   std::vector<double> gospa, located, missed, false_tracks, nees, nis, nis_own, to_confirm, gap, age;
-  metrics::HotaResult hota, hota_window;  // sums over the runs
-  int64_t runs = 0;
+  metrics::HotaResult hota, hota_window;                    // sums over the runs
+  int64_t runs = 0, with_pairs = 0, with_pairs_window = 0;  // with_pairs: with a localisation
 };
 void add_tracks(const Run& run, Figures& out, TrackSamples& samples);
 void finish_tracks(Figures& out, const TrackSamples& samples);

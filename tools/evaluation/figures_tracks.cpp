@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "tools/evaluation/figures_parts.h"
 #include "tools/evaluation/metrics/consistency.h"
@@ -56,6 +57,9 @@ std::map<double, MotFrame> mot_frames(const Run& run) {
   std::map<double, MotFrame> frames;
   std::set<std::pair<double, double>> here;  // frame, car
   for (const double f : column_of(run.tables.at("clusters"), "frame")) frames[f];
+  const Table& ego = run.tables.at("ego");
+  const auto e_frame = column_of(ego, "frame"), e_time = column_of(ego, "time_s");
+  for (std::size_t i = 0; i < e_frame.size(); ++i) frames[e_frame[i]].time_s = e_time[i];
   const auto frame = column_of(cars, "frame"), time = column_of(cars, "time_s"), car = column_of(cars, "car"),
              ahead = column_of(cars, "ahead_m"), x = column_of(cars, "x_m"), y = column_of(cars, "y_m");
   for (std::size_t i = 0; i < frame.size(); ++i) {
@@ -88,15 +92,20 @@ int64_t count_false_tracks(const Run& run) {
 void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
   const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
   const std::map<double, MotFrame> frames = mot_frames(run);
-  metrics::Continuity continuity;
+  metrics::Continuity continuity(away_of(run, metrics::kAwayS));
   const auto time = column_of(cars, "time_s"), car = column_of(cars, "car"), ahead = column_of(cars, "ahead_m"),
              confirmed = column_of(cars, "confirmed");
   for (std::size_t i = 0; i < car.size(); ++i)
     if (bin_of(ahead[i]) >= 0) continuity.add(time[i], uint64_t(car[i]), confirmed[i] > 0);
   const auto t_car = column_of(tracks, "car"), t_confirmed = column_of(tracks, "confirmed"),
              nees = column_of(tracks, "nees"), age = column_of(tracks, "age_s");
-  for (std::size_t i = 0; i < t_car.size(); ++i)
-    if (t_confirmed[i] > 0 && t_car[i] >= 0) samples.nees.push_back(nees[i]), samples.age.push_back(age[i]);
+  for (std::size_t i = 0; i < t_car.size(); ++i) {
+    if (t_confirmed[i] <= 0) continue;
+    if (t_car[i] >= 0)
+      samples.nees.push_back(nees[i]), samples.age.push_back(age[i]);
+    else
+      out.tracks.false_s += step_of(run);
+  }
   metrics::ClearMot mot(kGateM);
   metrics::Hota hota(kGateM), hota_window(kGateM);
   const WindowIds ids(frames);
@@ -104,6 +113,7 @@ void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
     mot.add_frame(f.objects, f.tracks);
     hota.add_frame(f.objects, f.tracks);
     hota_window.add_frame(ids.rename(f, f.objects), ids.rename(f, f.tracks));
+    if (f.objects.empty() && f.tracks.empty()) continue;  // nothing to follow and nothing wrong
     const metrics::Gospa g = metrics::gospa(f.objects, f.tracks);
     samples.gospa.push_back(g.distance_m), samples.located.push_back(g.localisation);
     samples.missed.push_back(g.missed), samples.false_tracks.push_back(g.false_tracks);
@@ -112,17 +122,18 @@ void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
   out.tracks.mot += mot.counts();
   const metrics::HotaResult whole = hota.result(), window = hota_window.result();
   if (std::isfinite(whole.hota)) {
-    for (const auto& [to, h] : {std::pair(&samples.hota, &whole), std::pair(&samples.hota_window, &window)}) {
+    for (const auto& [to, h] : {std::pair(&samples.hota, &whole), std::pair(&samples.hota_window, &window)})
       to->hota += h->hota, to->detection += h->detection, to->association += h->association;
-      to->localisation += std::isfinite(h->localisation) ? h->localisation : 0;
-    }
+    for (const auto& [to, h, count] : {std::tuple(&samples.hota, &whole, &samples.with_pairs),
+                                       std::tuple(&samples.hota_window, &window, &samples.with_pairs_window)})
+      if (std::isfinite(h->localisation)) to->localisation += h->localisation, ++*count;
     ++samples.runs;
   }
   out.tracks.false_tracks += count_false_tracks(run);
   for (const metrics::Presence& p : continuity.presences()) {
     ++out.tracks.cars_seen;
     out.tracks.never_confirmed += std::isnan(p.time_to_confirm_s);
-    samples.to_confirm.push_back(p.time_to_confirm_s);
+    if (p.time_to_confirm_s != 0) samples.to_confirm.push_back(p.time_to_confirm_s);  // 0: it had its track before
     if (!std::isnan(p.time_to_confirm_s)) samples.gap.push_back(p.longest_gap_s);
   }
   for (const auto& [name, to] : {std::pair("innovations", &samples.nis), {"innovations_own", &samples.nis_own}}) {
@@ -139,14 +150,17 @@ void finish_tracks(Figures& out, const TrackSamples& s) {
   t.time_to_confirm_s = metrics::summarize(s.to_confirm), t.longest_gap_s = metrics::summarize(s.gap);
   t.data_age_s = metrics::summarize(s.age);
   t.false_per_hour = out.seconds > 0 ? double(t.false_tracks) * 3600 / out.seconds : kNan;
+  t.false_s_per_hour = out.seconds > 0 ? t.false_s * 3600 / out.seconds : kNan;
   t.gospa_located_m2 = metrics::summarize(s.located).mean;
   t.gospa_missed_m2 = metrics::summarize(s.missed).mean;
   t.gospa_false_m2 = metrics::summarize(s.false_tracks).mean;
   const double n = double(s.runs);  // NaN without a run
   for (const auto& [to, h] : {std::pair(&t.hota, &s.hota), std::pair(&t.hota_window, &s.hota_window)}) {
     to->hota = h->hota / n, to->detection = h->detection / n;
-    to->association = h->association / n, to->localisation = h->localisation / n;
+    to->association = h->association / n;
   }
+  t.hota.localisation = s.hota.localisation / double(s.with_pairs);
+  t.hota_window.localisation = s.hota_window.localisation / double(s.with_pairs_window);
   const auto bounds = [](const metrics::Summary& of, double degrees, double& low, double& high) {
     const double count = double(std::max<int64_t>(of.count, 1));
     low = metrics::chi_square_quantile(0.025, degrees * count) / count;

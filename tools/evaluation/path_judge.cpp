@@ -32,16 +32,19 @@ double PathJudge::steady_square(const Point& p, const double (&error)[2]) {
   return along * along + across * across;
 }
 
+double PathJudge::offset_of(const CarTruth& car, int32_t& segment) const {
+  if (std::isfinite(car.offset_m) || circuit_.empty()) return car.offset_m;
+  const MapProjection at = circuit_.project(car.x_m, car.y_m, segment);
+  segment = at.segment;
+  return at.d_m;
+}
+
 void PathJudge::add(double frame, const ovt_tracks& t, int32_t row, const CarTruth& car) {
   Path path;
   path.frame = frame, path.car = car.car, path.speed_mps = car.speed_mps;
   path.sample_ns = t.publish_ns + kSampleNs;
-  if (circuit_.empty()) {
-    path.offset_m = path.offset_change_m = kNan;
-  } else {
-    const MapProjection at = circuit_.project(car.x_m, car.y_m);
-    path.offset_m = at.d_m, path.segment = at.segment;
-  }
+  path.offset_m = offset_of(car, path.segment);
+  path.offset_change_m = std::isfinite(path.offset_m) ? 0 : kNan;
   for (const double horizon_s : kHorizonsS) {
     if (!(t.path_points > 0 && t.path_step_s > 0)) return;
     const int64_t k = std::llround(horizon_s / t.path_step_s) - 1;
@@ -76,11 +79,7 @@ bool PathJudge::sample(Path& path, int64_t stamp_ns, const std::vector<CarTruth>
   const auto car = std::find_if(cars.begin(), cars.end(), [&](const CarTruth& c) { return c.car == path.car; });
   if (car == cars.end()) return false;
   keep_larger(car->speed_mps - path.speed_mps, path.speed_change_mps);
-  if (!circuit_.empty()) {
-    const MapProjection at = circuit_.project(car->x_m, car->y_m, path.segment);
-    keep_larger(at.d_m - path.offset_m, path.offset_change_m);
-    path.segment = at.segment;
-  }
+  keep_larger(offset_of(*car, path.segment) - path.offset_m, path.offset_change_m);
   if (stamp_ns == path.sample_ns) path.sample_ns += kSampleNs;
   for (; path.next < path.points.size() && path.points[path.next].stamp_ns == stamp_ns; ++path.next) {
     const Point& p = path.points[path.next];

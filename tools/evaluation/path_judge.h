@@ -9,7 +9,8 @@
 //   square                the error's square in units of the published covariance
 //   speed_change_mps      of the true speeds until then (every 0.1 s), the one farthest from the speed at the time of
 //                         publication, minus the latter
-//   offset_change_m       the same for the car's offset from the centre line; NaN without a circuit
+//   offset_change_m       the same for the car's offset from the centre line: by the truth where the log has it, else
+//                         by the circuit; NaN without both
 //   steady_square         the error's square in units of a steady car's variances (path_steady_along_m, ..._across_m);
 //                         NaN without them
 //
@@ -35,7 +36,8 @@ class PathJudge {
  public:
   using CarsAt = std::function<std::vector<CarTruth>(int64_t stamp_ns)>;
 
-  void use_circuit(const std::string& map_file);  // throws io::Error
+  // For logs whose truth has no offsets. Throws io::Error.
+  void use_circuit(const std::string& map_file);
   // The path of a track at `car`, the truth at tracks.publish_ns.
   void add(double frame, const ovt_tracks& tracks, int32_t row, const CarTruth& car);
   void forget() { open_.clear(); }
@@ -58,6 +60,7 @@ class PathJudge {
     std::vector<Point> points;
   };
   static double steady_square(const Point& p, const double (&error)[2]);
+  double offset_of(const CarTruth& car, int32_t& segment) const;
   // False: the truth has no such car any more.
   bool sample(Path& path, int64_t stamp_ns, const std::vector<CarTruth>& cars, Table& out);
 

@@ -60,8 +60,10 @@ io::EgoRow pose_at(const std::vector<PublishedPose>& poses, int64_t stamp_ns) {
   if (above == poses.end() || above == poses.begin()) {
     io::EgoRow row = above == poses.end() ? poses.back().row : poses.front().row;
     const double dt = double(stamp_ns - row.stamp_ns) * 1e-9;
-    row.x_m += row.speed_mps * dt * std::cos(row.yaw_rad), row.y_m += row.speed_mps * dt * std::sin(row.yaw_rad);
-    row.yaw_rad += row.yaw_rate_rps * dt;
+    const double half = row.yaw_rate_rps * dt / 2;  // the chord of the arc has the yaw of its middle
+    const double chord_m = row.speed_mps * dt * (std::fabs(half) > 1e-6 ? std::sin(half) / half : 1);
+    row.x_m += chord_m * std::cos(row.yaw_rad + half), row.y_m += chord_m * std::sin(row.yaw_rad + half);
+    row.yaw_rad += 2 * half;
     return row;
   }
   const io::EgoRow &a = (above - 1)->row, &b = above->row;
@@ -79,14 +81,33 @@ const CarTruth* ego_of(const std::vector<CarTruth>& cars) {
   return nullptr;
 }
 
+io::EgoRow true_pose(const CarTruth& c, int64_t stamp_ns) {
+  return {stamp_ns, c.x_m, c.y_m, c.z_m, c.roll_rad, c.pitch_rad, c.heading_rad, c.speed_mps, c.yaw_rate_rps};
+}
+
+namespace {
+double value_of(int32_t car, const std::vector<CarTruth>& cars, double CarTruth::*value) {
+  for (const CarTruth& c : cars)
+    if (c.car == car) return c.*value;
+  return kNan;
+}
+}  // namespace
+
 double mean_acceleration(int32_t car, const std::vector<CarTruth>& before, const std::vector<CarTruth>& after,
                          double seconds) {
-  const auto speed_of = [car](const std::vector<CarTruth>& cars) {
-    for (const CarTruth& c : cars)
-      if (c.car == car) return c.speed_mps;
-    return kNan;
-  };
-  return (speed_of(after) - speed_of(before)) / seconds;
+  return (value_of(car, after, &CarTruth::speed_mps) - value_of(car, before, &CarTruth::speed_mps)) / seconds;
+}
+
+double mean_course_rate(int32_t car, const std::vector<CarTruth>& before, const std::vector<CarTruth>& after,
+                        double seconds) {
+  return wrap_angle(value_of(car, after, &CarTruth::course_rad) - value_of(car, before, &CarTruth::course_rad)) /
+         seconds;
+}
+
+std::array<double, 5> state_error(const ovt_tracks& t, int32_t i, const CarTruth& car, double course_rate_rps) {
+  return {t.x_m[i] - car.x_m, t.y_m[i] - car.y_m, t.speed_mps[i] - car.speed_mps,
+          wrap_angle(t.course_rad[i] - car.course_rad),
+          car.speed_mps > kMovingMps ? t.yaw_rate_rps[i] - course_rate_rps : kNan};
 }
 
 Seen see(const CarTruth& from, double x_m, double y_m, double z_m) {

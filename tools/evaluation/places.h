@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/overtake.h"
 #include "tools/evaluation/truth_log.h"
 #include "tools/io/rig.h"
 
 namespace overtake::evaluation {
 
+inline constexpr double kMovingMps = 3;  // faster: the course, and so slip and rate of the course, mean something
 inline constexpr double kCarLengthM = 4.921, kCarWidthM = 1.886;
 
 // Rows are the axes of the vehicle in the map (roll, then pitch, then yaw).
@@ -43,14 +45,21 @@ double heading_from_map(double roll_rad, double pitch_rad, double yaw_rad, doubl
 // track it differs from heading_from_map.
 double heading_in_vehicle(double roll_rad, double pitch_rad, double yaw_rad, double heading_rad);
 
-// Published poses: linear between two of them, extrapolated beyond the ends.
+// Published poses: linear between two of them, beyond the ends on the arc of the nearest one's speed and yaw rate.
 io::EgoRow pose_at(const std::vector<PublishedPose>& poses, int64_t stamp_ns);
 
 const CarTruth* ego_of(const std::vector<CarTruth>& cars);  // null: none
+io::EgoRow true_pose(const CarTruth& ego, int64_t stamp_ns);
 
 // The mean acceleration of a car between two times that are this far apart; NaN if one of them does not have the car.
 double mean_acceleration(int32_t car, const std::vector<CarTruth>& before, const std::vector<CarTruth>& after,
                          double seconds);
+// The same for the course: its mean rate.
+double mean_course_rate(int32_t car, const std::vector<CarTruth>& before, const std::vector<CarTruth>& after,
+                        double seconds);
+// Error of a track's state at a car: x, y, speed, course, and rate of the course, which is what yaw_rate_rps of a track
+// is. NaN: the rate at a car that is not faster than kMovingMps.
+std::array<double, 5> state_error(const ovt_tracks& tracks, int32_t row, const CarTruth& car, double course_rate_rps);
 
 // A map position seen from a car's frame (x forward, y left), with its full attitude.
 struct Seen {

@@ -64,7 +64,7 @@ class Tally {
   std::vector<double> tpr_, ppv_, f1_, along_, across_;
   std::array<double, 2> heading_squares_ = {}, heading_count_ = {};
   int64_t inside_ = 0, with_ellipse_ = 0, runs_ = 0;
-  double clusters_ = 0, mixed_ = 0, near_false_ = 0, anywhere_ = 0, without_car_ = 0;
+  double clusters_ = 0, with_cluster_ = 0, mixed_ = 0, near_false_ = 0, anywhere_ = 0, without_car_ = 0;
 };
 
 void Tally::add(const Run& run) {
@@ -124,7 +124,8 @@ void Tally::add_clusters(const Run& run) {
   const auto frame = column_of(cars, "frame"), points = column_of(cars, "points"), of = column_of(cars, "clusters");
   std::set<double> frames;
   for (std::size_t i = 0; i < frame.size(); ++i)
-    if (points[i] >= kMinCarPoints) ++sum_.cars_judged, clusters_ += of[i], frames.insert(frame[i]);
+    if (points[i] >= kMinCarPoints)
+      ++sum_.cars_judged, with_cluster_ += of[i] > 0, clusters_ += of[i], frames.insert(frame[i]);
   const auto at = column_of(clusters, "frame"), other = column_of(clusters, "mixed_other"),
              two = column_of(clusters, "mixed_cars");
   for (std::size_t i = 0; i < at.size(); ++i)
@@ -144,7 +145,7 @@ void Tally::add_false(const Run& run) {
   for (std::size_t i = 0; i < at.size(); ++i) {
     ++anywhere_;
     near_false_ += bin_of(ahead[i]) >= 0;
-    without_car_ += with_car.count(at[i]) == 0;
+    without_car_ += bin_of(ahead[i]) >= 0 && with_car.count(at[i]) == 0;
     ++sum_.by_surface[surface[i] < 0 ? "unknown" : sim::surface_name(uint16_t(surface[i]))];
     ++sum_.by_range[piece_of(range[i], {20, 50, 100, 150}, " m")];
     if (std::isfinite(bank[i])) ++sum_.by_bank[piece_of(std::fabs(bank[i]), {3, 8, 16}, " deg")];
@@ -165,7 +166,8 @@ Quality Tally::finish() const {
     for (auto& [name, count] : *part) count /= frames;
   q.false_without_car = q.frames_without_car > 0 ? without_car_ / double(q.frames_without_car) : kNan;
   q.debris_found = q.debris_frames > 0 ? q.debris_found / double(q.debris_frames) : kNan;
-  q.clusters_per_car = q.cars_judged > 0 ? clusters_ / double(q.cars_judged) : kNan;
+  q.clusters_per_car = with_cluster_ > 0 ? clusters_ / with_cluster_ : kNan;
+  q.without_cluster = q.cars_judged > 0 ? 1 - with_cluster_ / double(q.cars_judged) : kNan;
   q.mixed_per_car = q.cars_judged > 0 ? mixed_ / double(q.cars_judged) : kNan;
   q.tpr = mean_value(tpr_), q.ppv = mean_value(ppv_), q.f1 = mean_value(f1_), q.ppv_p5 = metrics::summarize(ppv_).p5;
   q.along_m = metrics::summarize(along_), q.across_m = metrics::summarize(across_);
@@ -213,7 +215,8 @@ nlohmann::json json_of(const Quality& q) {
                            {"by_lap", q.by_lap},
                            {"frames_without_car", q.frames_without_car},
                            {"a_frame_without_car", q.false_without_car}};
-  j["clusters_per_car"] = q.clusters_per_car, j["mixed_per_car"] = q.mixed_per_car;
+  j["clusters_per_car"] = q.clusters_per_car, j["cars_without_cluster"] = q.without_cluster;
+  j["mixed_per_car"] = q.mixed_per_car;
   j["cars_of_the_clusters"] = q.cars_judged;
   j["ground"] = {{"tpr", q.tpr}, {"ppv", q.ppv}, {"ppv_p5", q.ppv_p5}, {"f1", q.f1}};
   const auto error = [](const metrics::Summary& s) {

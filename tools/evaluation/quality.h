@@ -41,12 +41,13 @@ struct Quality {
   std::map<std::string, double> by_bank;  // roll of the ego, away from level; those with a true ego pose
   std::map<std::string, double> by_lap;   // pieces of 200 m of the centre line; those on the map
   int64_t frames_without_car = 0;         // no car from -100 to +150 m
-  double false_without_car = 0;           // in each of these, at any distance
+  double false_without_car = 0;           // in each of these, from -100 to +150 m
 
   int64_t debris_frames = 0;  // frames that see debris with 3 points or more
   double debris_found = 0;    // share of them with a detection of class debris on it
 
-  double clusters_per_car = 0, mixed_per_car = 0;
+  double clusters_per_car = 0, without_cluster = 0;  // mean of the car-frames with a cluster; share of those without
+  double mixed_per_car = 0;
   double tpr = 0, ppv = 0, ppv_p5 = 0, f1 = 0;  // means over the scans; 5th percentile
   metrics::Summary along_m, across_m;           // sizes of the centre errors, in the axes of the car
   std::array<double, 2> heading_rms_deg = {};   // error of the ego heading: as pushed, and as the method corrects it

@@ -89,6 +89,7 @@ Rows quality_rows(const std::vector<Quality>& columns) {
   number("  in frames without a car", 3, &Quality::false_without_car);
   number("debris of 3 points and more found as debris", 3, &Quality::debris_found);
   number("clusters a car", 3, &Quality::clusters_per_car);
+  number("  cars without a cluster", 4, &Quality::without_cluster);
   number("mixed clusters a car-frame", 4, &Quality::mixed_per_car);
   number("ground TPR", 3, &Quality::tpr);
   add_row(rows, "ground PPV (5 %)", columns, [](const Quality& q) {

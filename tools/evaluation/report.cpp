@@ -51,6 +51,7 @@ Json json_of(const Figures& f) {
     j["car_points_found"].push_back(
         {{"range_m", range}, {"points", points.first}, {"share", points.second / points.first}});
   j["clustering"] = {{"clusters_per_car", json_of(metrics::summarize(f.clusters_per_car))},
+                     {"with_cluster", json_of(metrics::binomial_share(f.with_cluster.hits, f.with_cluster.trials))},
                      {"clusters_in_box_per_car", json_of(metrics::summarize(f.boxed_per_car))},
                      {"mixed_with_other", json_of(metrics::summarize(f.mixed_other))},
                      {"mixed_cars", json_of(metrics::summarize(f.mixed_cars))}};
@@ -81,13 +82,16 @@ Json json_of(const Figures& f) {
                    {"longest_gap_s", json_of(t.longest_gap_s)},
                    {"data_age_s", json_of(t.data_age_s)},
                    {"nees", json_of(t.nees)},
+                   {"nees_left_out", t.nees.left_out},
                    {"nees_consistent", {t.nees_low, t.nees_high}},
                    {"nis", json_of(t.nis)},
                    {"nis_consistent", {t.nis_low, t.nis_high}},
                    {"cars_seen", t.cars_seen},
                    {"never_confirmed", t.never_confirmed},
                    {"false_confirmed_tracks", t.false_tracks},
-                   {"false_confirmed_tracks_per_hour", t.false_per_hour}};
+                   {"false_confirmed_tracks_per_hour", t.false_per_hour},
+                   {"confirmed_seconds_at_no_car", t.false_s},
+                   {"confirmed_seconds_at_no_car_per_hour", t.false_s_per_hour}};
   add_measures(f, j);
   return j;
 }
@@ -180,7 +184,7 @@ void write_report(const std::string& out, bool print) {
   for (const auto& [name, picture] : pictures) io::write_whole_file(out + "/pictures/" + name + ".svg", picture.svg);
   if (!print) return;
   cli::TextTable table({"variant", "scenario", "frames", "TPR", "F1", "clusters/car", "MOTA", "HOTA", "GOSPA m",
-                        "confirm s", "false/h", "switches"});
+                        "confirm s", "false/h", "at no car s/h", "switches"});
   for (const Figures& f : all) {
     if (f.variant.find('@') != std::string::npos) continue;
     const TrackFigures& t = f.tracks;
@@ -188,7 +192,7 @@ void write_report(const std::string& out, bool print) {
                cli::fixed(metrics::summarize(f.ground.f1).mean, 3),
                cli::fixed(metrics::summarize(f.clusters_per_car).mean, 2), cli::fixed(t.mot.mota(), 3),
                cli::fixed(t.hota.hota, 3), cli::fixed(t.gospa_m.mean, 2), cli::fixed(t.time_to_confirm_s.median, 2),
-               cli::fixed(t.false_per_hour, 0), std::to_string(t.mot.switches)});
+               cli::fixed(t.false_per_hour, 0), cli::fixed(t.false_s_per_hour, 1), std::to_string(t.mot.switches)});
   }
   std::printf("%s", table.format().c_str());
   print_quality(quality);

@@ -38,7 +38,7 @@ TruthFrame decode_cars(const std::string& path, std::string_view text) {
     for (const auto& c : json.at("cars"))
       out.cars.push_back({c.at("car"), c.at("is_ego"), c.at("x_m"), c.at("y_m"), c.at("z_m"), c.at("roll_rad"),
                           c.at("pitch_rad"), c.at("heading_rad"), c.at("course_rad"), c.at("speed_mps"),
-                          c.at("yaw_rate_rps")});
+                          c.at("yaw_rate_rps"), c.value("d_m", std::numeric_limits<double>::quiet_NaN())});
     return out;
   } catch (const nlohmann::json::exception& error) {
     throw io::Error(path, 0, std::string("/truth/cars: ") + error.what());
@@ -180,15 +180,17 @@ bool SimulatedLog::next(LogFrame& out) {
 }
 
 std::vector<CarTruth> SimulatedLog::cars_at(int64_t stamp_ns) const {
-  const auto above = std::lower_bound(truth_.begin(), truth_.end(), stamp_ns,
-                                      [](const TruthFrame& f, int64_t t) { return f.stamp_ns < t; });
+  auto above = std::lower_bound(truth_.begin(), truth_.end(), stamp_ns,
+                                [](const TruthFrame& f, int64_t t) { return f.stamp_ns < t; });
   if (truth_.empty()) return {};
+  // Beyond an end, the line through its two frames goes on: course and speed keep their rates.
+  if (truth_.size() > 1) above = std::clamp(above, truth_.begin() + 1, truth_.end() - 1);
   const TruthFrame& b = above == truth_.end() ? truth_.back() : *above;
   const TruthFrame& a = above == truth_.begin() || above == truth_.end() ? b : *(above - 1);
   constexpr int64_t kHeld = 100'000'000;
   if (stamp_ns > b.stamp_ns + kHeld || stamp_ns < a.stamp_ns - kHeld) return {};
   const double w = a.stamp_ns == b.stamp_ns ? 0 : double(stamp_ns - a.stamp_ns) / double(b.stamp_ns - a.stamp_ns);
-  // Beyond an end, the state is extrapolated.
+  // Of a single frame.
   const double on_s = a.stamp_ns == b.stamp_ns ? double(stamp_ns - a.stamp_ns) * 1e-9 : 0;
   std::vector<CarTruth> out;
   for (std::size_t i = 0; i < std::min(a.cars.size(), b.cars.size()); ++i) {
@@ -208,6 +210,7 @@ std::vector<CarTruth> SimulatedLog::cars_at(int64_t stamp_ns) const {
     c.z_m = mix(p.z_m, q.z_m);
     c.roll_rad = turn(p.roll_rad, q.roll_rad), c.pitch_rad = turn(p.pitch_rad, q.pitch_rad);
     c.heading_rad = turn(p.heading_rad, q.heading_rad), c.course_rad = turn(p.course_rad, q.course_rad);
+    c.offset_m = mix(p.offset_m, q.offset_m);
     c.speed_mps = mix(p.speed_mps, q.speed_mps), c.yaw_rate_rps = mix(p.yaw_rate_rps, q.yaw_rate_rps);
     out.push_back(c);
   }

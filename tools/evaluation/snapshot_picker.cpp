@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kNearM = 10, kFarM = 25;
 constexpr int32_t kSeamPoints = 15;  // fewer points on one side are no evidence
-constexpr double kSlipDeg[] = {2, 25, 60}, kSlipWindowDeg = 15, kMovingMps = 5;
+constexpr double kSlipDeg[] = {2, 25, 60}, kSlipWindowDeg = 15, kFastMps = 5;
 constexpr int32_t kFitPoints = 6;
 constexpr std::size_t kSlips = std::size(kSlipDeg);
 
@@ -152,7 +152,7 @@ void SnapshotPicker::look_at_fits(ovt_reader* reader) {
     for (const CarTruth& c : cars.all) {
       const double slip = wrap_angle(c.heading_rad - c.course_rad), slip_deg = io::deg(std::fabs(slip));
       const Seen at = see(*cars.ego, c.x_m, c.y_m, c.z_m);
-      if (c.is_ego || c.speed_mps < kMovingMps ||
+      if (c.is_ego || c.speed_mps < kFastMps ||
           std::hypot(at.ahead_m - double(d.x_m[i]), at.left_m - double(d.y_m[i])) > kGateM)
         continue;
       double& most_slip_deg = most_slip_deg_[c.car];

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "tools/evaluation/figures_parts.h"
 #include "tools/evaluation/numbers.h"
@@ -22,13 +24,13 @@ double distance_of(const CarRow& row) { return std::hypot(row.ahead_m, row.left_
 bool is_near(const CarRow& row) { return bin_of(row.ahead_m) >= 0 && distance_of(row) <= kFarthestM; }
 bool is_detectable(const CarRow& row) { return row.points >= kSeenPoints; }
 
-// The pieces [begin, end) of consecutive rows that hold `in`, without a pause longer than kAwayS.
-std::vector<std::pair<std::size_t, std::size_t>> pieces_of(const std::vector<CarRow>& rows,
+// The pieces [begin, end) of consecutive rows that hold `in`, without a pause longer than away_s.
+std::vector<std::pair<std::size_t, std::size_t>> pieces_of(const std::vector<CarRow>& rows, double away_s,
                                                            const std::function<bool(const CarRow&)>& in) {
   std::vector<std::pair<std::size_t, std::size_t>> pieces;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!in(rows[i])) continue;
-    const bool goes_on = !pieces.empty() && pieces.back().second == i && rows[i].time_s - rows[i - 1].time_s <= kAwayS;
+    const bool goes_on = !pieces.empty() && pieces.back().second == i && rows[i].time_s - rows[i - 1].time_s <= away_s;
     if (goes_on)
       ++pieces.back().second;
     else
@@ -37,12 +39,12 @@ std::vector<std::pair<std::size_t, std::size_t>> pieces_of(const std::vector<Car
   return pieces;
 }
 
-void count_overtakes(const std::vector<CarRow>& rows, metrics::Group& out) {
+void count_overtakes(const std::vector<CarRow>& rows, double away_s, metrics::Group& out) {
   const auto is_close = [](const CarRow& row) {
     return std::fabs(row.ahead_m) <= kOvertakeM && std::fabs(row.left_m) <= kOvertakeAsideM;
   };
-  const auto follows = [&](std::size_t i) { return rows[i].time_s - rows[i - 1].time_s <= kAwayS; };
-  for (const auto& [begin, end] : pieces_of(rows, is_close)) {
+  const auto follows = [&](std::size_t i) { return rows[i].time_s - rows[i - 1].time_s <= away_s; };
+  for (const auto& [begin, end] : pieces_of(rows, away_s, is_close)) {
     if (begin == 0 || end == rows.size() || !follows(begin) || !follows(end)) continue;
     const double before = rows[begin - 1].ahead_m, after = rows[end].ahead_m;
     if (!(std::min(before, after) < -kOvertakeM && std::max(before, after) > kOvertakeM)) continue;
@@ -65,8 +67,8 @@ int32_t keeps_id(const std::vector<CarRow>& rows, std::size_t last, std::size_t 
   return rows[end - 1].time_s >= rows[next].time_s + kAfterGapS ? 0 : -1;  // it left or the log ended too soon
 }
 
-void count_gaps(const std::vector<CarRow>& rows, metrics::Group& out) {
-  for (const auto& [begin, end] : pieces_of(rows, is_near)) {
+void count_gaps(const std::vector<CarRow>& rows, double away_s, metrics::Group& out) {
+  for (const auto& [begin, end] : pieces_of(rows, away_s, is_near)) {
     std::size_t last = end;  // the last detectable row
     for (std::size_t i = begin; i < end; ++i) {
       if (!is_detectable(rows[i])) continue;
@@ -78,8 +80,8 @@ void count_gaps(const std::vector<CarRow>& rows, metrics::Group& out) {
 }
 
 // Times of kGapS and longer without a confirmed track, between two with one.
-void count_losses(const std::vector<CarRow>& rows, metrics::Group& out) {
-  for (const auto& [begin, end] : pieces_of(rows, is_near)) {
+void count_losses(const std::vector<CarRow>& rows, double away_s, metrics::Group& out) {
+  for (const auto& [begin, end] : pieces_of(rows, away_s, is_near)) {
     std::size_t last = end;
     for (std::size_t i = begin; i < end; ++i) {
       if (rows[i].id == 0) continue;
@@ -115,6 +117,7 @@ std::map<double, std::vector<CarRow>> car_rows(const Run& run) {
              confirmed = column_of(cars, "confirmed");
   for (std::size_t i = 0; i < frame.size(); ++i) {
     CarRow row{time[i], ahead[i], left[i], points[i], confirmed[i] > 0, 0, 0};
+    row.begins_log = frame[i] == 0;
     if (const auto found = id_of.find({frame[i], car[i]}); found != id_of.end()) row.id = found->second;
     if (const auto found = existence_of.find({frame[i], car[i]}); found != existence_of.end())
       row.existence = found->second;
@@ -123,28 +126,44 @@ std::map<double, std::vector<CarRow>> car_rows(const Run& run) {
   return out;
 }
 
-KeptIds count_kept_ids(const std::vector<CarRow>& rows) {
+KeptIds count_kept_ids(const std::vector<CarRow>& rows, double away_s) {
   KeptIds out;
-  count_overtakes(rows, out.overtakes);
-  count_gaps(rows, out.gaps);
-  count_losses(rows, out.losses);
+  count_overtakes(rows, away_s, out.overtakes);
+  count_gaps(rows, away_s, out.gaps);
+  count_losses(rows, away_s, out.losses);
   return out;
 }
 
-std::vector<double> delays_to(const std::vector<CarRow>& rows, const std::function<bool(const CarRow&)>& is_found) {
-  std::vector<double> delays;
-  for (const auto& [begin, end] : pieces_of(rows, [](const CarRow& row) { return bin_of(row.ahead_m) >= 0; })) {
-    const auto first = rows.begin() + std::ptrdiff_t(begin), last = rows.begin() + std::ptrdiff_t(end);
-    const auto seen = std::find_if(first, last, is_detectable), found = std::find_if(first, last, is_found);
-    if (seen == last) continue;
-    delays.push_back(found == last ? kNan : std::max(0.0, found->time_s - seen->time_s));
+Delays delays_to(const std::vector<CarRow>& rows, const std::function<bool(const CarRow&)>& is_found, double away_s) {
+  struct InReach {
+    bool found_first = false;
+    double last_s = 0, seen_s = kNan, found_s = kNan;
+  };
+  Delays out;
+  const auto close = [&](const InReach& p) {
+    if (std::isnan(p.seen_s)) return;
+    if (p.found_first)
+      ++out.already_found;
+    else
+      out.seconds.push_back(std::isnan(p.found_s) ? kNan : std::max(0.0, p.found_s - p.seen_s));
+  };
+  std::optional<InReach> presence;
+  for (const CarRow& row : rows) {
+    if (bin_of(row.ahead_m) < 0) continue;
+    if (presence && row.time_s - presence->last_s > away_s) close(*std::exchange(presence, std::nullopt));
+    if (!presence) presence = InReach{!row.begins_log && is_found(row)};
+    presence->last_s = row.time_s;
+    if (std::isnan(presence->seen_s) && is_detectable(row)) presence->seen_s = row.time_s;
+    if (std::isnan(presence->found_s) && is_found(row)) presence->found_s = row.time_s;
   }
-  return delays;
+  if (presence) close(*presence);
+  return out;
 }
 
-std::vector<Approach> find_approaches(const std::vector<CarRow>& rows) {
+std::vector<Approach> find_approaches(const std::vector<CarRow>& rows, double away_s) {
   std::vector<Approach> out;
-  for (const auto& [begin, end] : pieces_of(rows, [](const CarRow& row) { return distance_of(row) <= kApproachM; })) {
+  const auto is_close = [](const CarRow& row) { return distance_of(row) <= kApproachM; };
+  for (const auto& [begin, end] : pieces_of(rows, away_s, is_close)) {
     const CarRow& first = rows[begin];
     const ApproachLimits& limits = first.ahead_m > 0 ? kFromAhead : kFromBehind;
     if (!(std::fabs(first.ahead_m) >= limits.from_m)) continue;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -50,17 +51,14 @@ class TrackTally {
   std::array<std::array<PathSamples, kManoeuvres>, kHorizons> paths_;
   std::vector<double> speed_, speed_cruising_, speed_braking_, course_, spin_heading_, spin_axis_;
   std::array<std::vector<double>, kRangesM.size() - 1> along_, across_;
-  std::vector<double> confirmed_s_;
-  std::array<std::vector<double>, std::size(kThresholds)> found_s_;
+  Delays confirmed_;
+  std::array<Delays, std::size(kThresholds)> found_;
   std::array<int64_t, std::size(kThresholds)> false_ = {};
   std::array<std::vector<double>, 2> approaches_m_;  // ahead, behind
 };
 
 void TrackTally::add(const Run& run) {
-  const auto period = run.about.find("period_s"), compared = run.about.find("compared");
-  sum_.hours += double(run.tables.at("clusters").rows()) *
-                (period == run.about.end() ? 0.05 : std::stod(period->second)) *
-                (compared == run.about.end() ? 1 : std::stod(compared->second)) / 3600;
+  sum_.hours += double(run.tables.at("clusters").rows()) * step_of(run) / 3600;
   add_paths(run);
   add_existence(run);
   add_errors_at_cars(run);
@@ -146,18 +144,21 @@ void TrackTally::add_errors_at_cars(const Run& run) {
 
 void TrackTally::add_cars(const Run& run) {
   const bool has_existence = run.tables.at("existence").rows() > 0;
+  const double away_s = away_of(run, kAwayS);
   for (const auto& [car, rows] : car_rows(run)) {
-    const KeptIds kept = count_kept_ids(rows);
+    const KeptIds kept = count_kept_ids(rows, away_s);
     sum_.overtakes.hits += kept.overtakes.hits, sum_.overtakes.trials += kept.overtakes.trials;
     sum_.gaps.hits += kept.gaps.hits, sum_.gaps.trials += kept.gaps.trials;
     sum_.losses.hits += kept.losses.hits, sum_.losses.trials += kept.losses.trials;
-    const auto append = [](std::vector<double>& to, const std::vector<double>& more) {
-      to.insert(to.end(), more.begin(), more.end());
+    const auto append = [&](Delays& to, const std::function<bool(const CarRow&)>& is_found) {
+      const Delays more = delays_to(rows, is_found, away_s);
+      to.seconds.insert(to.seconds.end(), more.seconds.begin(), more.seconds.end());
+      to.already_found += more.already_found;
     };
-    append(confirmed_s_, delays_to(rows, [](const CarRow& row) { return row.confirmed; }));
+    append(confirmed_, [](const CarRow& row) { return row.confirmed; });
     for (std::size_t k = 0; k < std::size(kThresholds) && has_existence; ++k)
-      append(found_s_[k], delays_to(rows, [k](const CarRow& row) { return row.existence >= kThresholds[k]; }));
-    for (const Approach& a : find_approaches(rows)) approaches_m_[a.ahead ? 0 : 1].push_back(a.confirmed_m);
+      append(found_[k], [k](const CarRow& row) { return row.existence >= kThresholds[k]; });
+    for (const Approach& a : find_approaches(rows, away_s)) approaches_m_[a.ahead ? 0 : 1].push_back(a.confirmed_m);
   }
 }
 
@@ -178,23 +179,30 @@ TrackQuality TrackTally::finish() const {
   q.spin_axis_rad = spread_of(spin_axis_);
   for (std::size_t k = 0; k + 1 < kRangesM.size(); ++k)
     q.along_m[k] = spread_of(along_[k]), q.across_m[k] = spread_of(across_[k]);
-  q.confirmed = found_after(confirmed_s_);
+  q.confirmed = found_after(confirmed_);
   for (auto [to, from] : {std::pair(&q.from_ahead, &approaches_m_[0]), {&q.from_behind, &approaches_m_[1]}}) {
     const metrics::Summary s = metrics::summarize(*from);
     *to = {int64_t(from->size()), s.left_out, s.median, s.least};
   }
   for (std::size_t k = 0; k < std::size(kThresholds) && q.existence.count() > 0; ++k)
     q.thresholds.push_back(
-        {kThresholds[k], false_[k], q.hours > 0 ? double(false_[k]) / q.hours : kNan, found_after(found_s_[k])});
+        {kThresholds[k], false_[k], q.hours > 0 ? double(false_[k]) / q.hours : kNan, found_after(found_[k])});
   return q;
 }
 
 nlohmann::json json_of_spread(const Spread& s) {
-  return {
-      {"count", s.error.count}, {"bias", s.error.mean}, {"deviation", s.error.deviation}, {"p95_of_size", s.size_p95}};
+  return {{"count", s.error.count},
+          {"rms", s.rms},
+          {"bias", s.error.mean},
+          {"deviation", s.error.deviation},
+          {"p95_of_size", s.size_p95}};
 }
 nlohmann::json json_of_found(const FoundAfter& f) {
-  return {{"presences", f.presences}, {"never", f.never}, {"median_s", f.median_s}, {"p99_s", f.p99_s}};
+  return {{"presences", f.presences},
+          {"never", f.never},
+          {"already_found", f.already_found},
+          {"median_s", f.median_s},
+          {"p99_s", f.p99_s}};
 }
 nlohmann::json json_of_group(const metrics::Group& g) {
   return {{"count", g.trials}, {"kept", g.hits}, {"share", g.trials > 0 ? double(g.hits) / double(g.trials) : kNan}};
@@ -204,19 +212,20 @@ nlohmann::json json_of_group(const metrics::Group& g) {
 
 Spread spread_of(const std::vector<double>& errors) {
   std::vector<double> sizes;
+  double squares = 0;
   for (const double e : errors)
-    if (std::isfinite(e)) sizes.push_back(std::fabs(e));
+    if (std::isfinite(e)) sizes.push_back(std::fabs(e)), squares += e * e;
   std::sort(sizes.begin(), sizes.end());
-  return {metrics::summarize(errors), metrics::percentile(sizes, 0.95)};
+  return {metrics::summarize(errors), metrics::percentile(sizes, 0.95), std::sqrt(squares / double(sizes.size()))};
 }
 
-FoundAfter found_after(const std::vector<double>& delays_s) {
+FoundAfter found_after(const Delays& delays) {
   std::vector<double> found;
-  for (const double delay : delays_s)
+  for (const double delay : delays.seconds)
     if (!std::isnan(delay)) found.push_back(delay);
   std::sort(found.begin(), found.end());
-  return {int64_t(delays_s.size()), int64_t(delays_s.size() - found.size()), metrics::percentile(found, 0.5),
-          metrics::percentile(found, 0.99)};
+  return {int64_t(delays.seconds.size()), int64_t(delays.seconds.size() - found.size()),
+          metrics::percentile(found, 0.5), metrics::percentile(found, 0.99), delays.already_found};
 }
 
 const Threshold* TrackQuality::least_threshold() const {

@@ -14,6 +14,7 @@
 
 #include "tools/evaluation/metrics/calibration.h"
 #include "tools/evaluation/path_judge.h"
+#include "tools/evaluation/places.h"
 #include "tools/evaluation/track_identity.h"
 
 namespace overtake::evaluation {
@@ -26,13 +27,12 @@ inline constexpr double kCruiseMps2 = 1, kCruiseOffsetMps = 0.2;  // at most, bo
 inline constexpr double kHardMps2 = 3;                            // more: braking, or accelerating
 inline constexpr double kLaneChangeMps = 0.5;                     // more
 inline constexpr double kSpinSlipRad = 0.175, kSpinYawRateRps = 0.7;
-inline constexpr double kMovingMps = 3;  // more: the course, and so the slip, means something
 inline constexpr std::array<double, 4> kRangesM = {0, 40, 80, 110};  // ranges of the position errors
 inline constexpr double kFalseGoalPerHour = 0.1;
 
 struct Spread {  // of a signed error
   metrics::Summary error;
-  double size_p95 = 0;  // of its size
+  double size_p95 = 0, rms = 0;  // of its size; root mean square, with the bias
 };
 Spread spread_of(const std::vector<double>& errors);
 
@@ -44,8 +44,9 @@ struct PathFigures {
 struct FoundAfter {  // per presence of a car (track_identity.h)
   int64_t presences = 0, never = 0;
   double median_s = 0, p99_s = 0;  // of those found
+  int64_t already_found = 0;       // from their first row on: not among the presences
 };
-FoundAfter found_after(const std::vector<double>& delays_s);
+FoundAfter found_after(const Delays& delays);
 
 struct ConfirmedAt {  // per approach of a car
   int64_t approaches = 0, never = 0;

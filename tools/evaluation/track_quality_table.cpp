@@ -35,11 +35,11 @@ void add_figure(Rows& rows, const std::string& label, const Columns& columns, co
   if (known) rows.push_back(std::move(row));
 }
 
-// "deviation (bias, 95 % of the size)"
-std::string deviation_text(const Spread& s, double scale, int32_t digits) {
+// "rms (deviation, bias, 95 % of the size)": a goal stands for the rms, because a bias is as bad as a deviation.
+std::string rms_text(const Spread& s, double scale, int32_t digits) {
   if (s.error.count == 0) return "-";
-  return cli::fixed(scale * s.error.deviation, digits) + " (" + cli::fixed(scale * s.error.mean, digits) + ", " +
-         cli::fixed(scale * s.size_p95, digits) + ")";
+  return cli::fixed(scale * s.rms, digits) + " (" + cli::fixed(scale * s.error.deviation, digits) + ", " +
+         cli::fixed(scale * s.error.mean, digits) + ", " + cli::fixed(scale * s.size_p95, digits) + ")";
 }
 
 // "95 % of the size (bias, deviation)"
@@ -58,7 +58,8 @@ std::string found_text(const FoundAfter& f) {
   if (f.presences == 0) return "-";
   if (f.never == f.presences) return "never (" + std::to_string(f.presences) + ")";
   return cli::fixed(f.median_s, 2) + ", " + cli::fixed(f.p99_s, 2) + " (" + std::to_string(f.presences) +
-         ", never: " + std::to_string(f.never) + ")";
+         ", never: " + std::to_string(f.never) +
+         (f.already_found > 0 ? ", had one: " + std::to_string(f.already_found) : "") + ")";
 }
 
 std::string approach_text(const ConfirmedAt& a) {
@@ -83,21 +84,21 @@ Rows track_rows(const Columns& columns) {
     for (std::size_t k = 0; k + 1 < kRangesM.size(); ++k)
       add_figure(rows,
                  std::string("position ") + (is_along ? "along" : "across") + " m, " + cli::fixed(kRangesM[k], 0) +
-                     " to " + cli::fixed(kRangesM[k + 1], 0) + " m: deviation (bias, 95 %)",
+                     " to " + cli::fixed(kRangesM[k + 1], 0) + " m: rms (deviation, bias, 95 %)",
                  columns, is_along ? kAlongGoals[k] : kAcrossGoals[k],
-                 [&](const TrackQuality& q) { return deviation_text(is_along ? q.along_m[k] : q.across_m[k], 1, 2); });
-  add_figure(rows, "speed m/s: deviation (bias, 95 %)", columns, "-",
-             [](const TrackQuality& q) { return deviation_text(q.speed_mps, 1, 2); });
+                 [&](const TrackQuality& q) { return rms_text(is_along ? q.along_m[k] : q.across_m[k], 1, 2); });
+  add_figure(rows, "speed m/s: rms (deviation, bias, 95 %)", columns, "-",
+             [](const TrackQuality& q) { return rms_text(q.speed_mps, 1, 2); });
   add_figure(rows, "speed m/s, cruising (at most " + number_text(kCruiseMps2) + " m/s2)", columns, "0.3",
-             [](const TrackQuality& q) { return deviation_text(q.speed_cruising_mps, 1, 2); });
+             [](const TrackQuality& q) { return rms_text(q.speed_cruising_mps, 1, 2); });
   add_figure(rows, "speed m/s, braking (more than " + number_text(kHardMps2) + " m/s2)", columns, "0.8",
-             [](const TrackQuality& q) { return deviation_text(q.speed_braking_mps, 1, 2); });
-  add_figure(rows, "course of a moving car deg: deviation (bias, 95 %)", columns, "0.4",
-             [](const TrackQuality& q) { return deviation_text(q.course_rad, io::deg(1), 2); });
-  add_figure(rows, "heading of a spinning car deg: deviation (bias, 95 %)", columns, "6",
-             [](const TrackQuality& q) { return deviation_text(q.spin_heading_rad, io::deg(1), 1); });
+             [](const TrackQuality& q) { return rms_text(q.speed_braking_mps, 1, 2); });
+  add_figure(rows, "course of a moving car deg: rms (deviation, bias, 95 %)", columns, "0.4",
+             [](const TrackQuality& q) { return rms_text(q.course_rad, io::deg(1), 2); });
+  add_figure(rows, "heading of a spinning car deg: rms (deviation, bias, 95 %)", columns, "6",
+             [](const TrackQuality& q) { return rms_text(q.spin_heading_rad, io::deg(1), 1); });
   add_figure(rows, "axis of a spinning car deg (heading modulo 180 deg)", columns, "-",
-             [](const TrackQuality& q) { return deviation_text(q.spin_axis_rad, io::deg(1), 1); });
+             [](const TrackQuality& q) { return rms_text(q.spin_axis_rad, io::deg(1), 1); });
   add_figure(rows, "whole overtakes with one id", columns, "-",
              [](const TrackQuality& q) { return kept_text(q.overtakes); });
   add_figure(rows, "id the same after " + number_text(kGapS) + " s and longer without a confirmed track", columns, "-",

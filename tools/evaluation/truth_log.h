@@ -4,6 +4,7 @@
 // A log with the true positions of the cars: frames, the localisation published so far, and the truth.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct CarTruth {
   bool is_ego = false;
   double x_m = 0, y_m = 0, z_m = 0, roll_rad = 0, pitch_rad = 0, heading_rad = 0;
   double course_rad = 0, speed_mps = 0, yaw_rate_rps = 0;
+  double offset_m = std::numeric_limits<double>::quiet_NaN();  // left of the true centre line; NaN: unknown
 };
 
 struct PublishedPose {

@@ -187,9 +187,7 @@ std::vector<io::EgoRow> Variant::true_poses(int64_t until_ns) {
   if (next_true_ns_ == INT64_MIN) next_true_ns_ = until_ns - 2 * log_.rig().period_ns();
   for (; next_true_ns_ <= until_ns; next_true_ns_ += 10'000'000)
     for (const CarTruth& c : log_.cars_at(next_true_ns_))
-      if (c.is_ego)
-        rows.push_back(
-            {next_true_ns_, c.x_m, c.y_m, c.z_m, c.roll_rad, c.pitch_rad, c.heading_rad, c.speed_mps, c.yaw_rate_rps});
+      if (c.is_ego) rows.push_back(true_pose(c, next_true_ns_));
   for (const io::EgoRow& row : rows) true_poses_.push_back({row, row.stamp_ns});
   return rows;
 }

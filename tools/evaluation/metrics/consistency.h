@@ -16,6 +16,8 @@ namespace overtake::metrics {
 // e^T P^-1 e of `n` components, n <= 8; `lower` holds P's lower triangle row by row. NaN unless P is positive definite.
 double normalized_square(const double* error, const double* lower, int32_t n);
 
+inline constexpr double kAwayS = 1.0;  // a car that is absent for longer counts as a new one
+
 // One car from coming into view to leaving it.
 struct Presence {
   uint64_t object = 0;
@@ -27,8 +29,7 @@ struct Presence {
 // For each frame: the cars that exist, and those with a confirmed track.
 class Continuity {
  public:
-  // A car that is absent for longer than this counts as a new one.
-  explicit Continuity(double away_s = 1.0) : away_s_(away_s) {}
+  explicit Continuity(double away_s = kAwayS) : away_s_(away_s) {}
   void add(double time_s, uint64_t object, bool followed);
   std::vector<Presence> presences() const;
 

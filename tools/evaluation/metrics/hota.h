@@ -7,7 +7,8 @@
 //     A(c) of a TP c: frames in which its object and its track are a pair, over frames in which either exists
 //     HOTA = sqrt(DetA AssA),   DetA = TP / (TP + FN + FP),   AssA = mean of A(c) over the TPs
 // and the mean over alpha. The pairs of a frame maximise the sum of similarities, each weighted by how well its two ids
-// fit over the whole run.
+// fit over the whole run. LocA is the mean similarity of the pairs, over the thresholds with a pair (TrackEval counts
+// one without a pair as 1).
 #pragma once
 
 #include <cstdint>
