@@ -43,14 +43,21 @@ class WorkerShare {
   inline static std::mutex mutex;  // only create and destroy use it, never the data path
   inline static int32_t total = 0;
   static void change(int32_t by) {
+    // Never destroyed: a detector of a global object is destroyed after the static objects of this function would be.
+    static std::unique_ptr<Control>& control = *new std::unique_ptr<Control>;
     static std::size_t others = 1;
-    static std::unique_ptr<Control> control;
+    static int32_t granted = 0;
     const std::lock_guard<std::mutex> lock(mutex);
+    const int32_t next_total = total + by;
     if (!control) others = Control::active_value(Control::max_allowed_parallelism);
-    total += by;
-    std::unique_ptr<Control> next;
-    if (total > 0) next = std::make_unique<Control>(Control::max_allowed_parallelism, others + std::size_t(total));
-    control = std::move(next);
+    if (next_total == 0) {
+      control.reset();
+      granted = 0;
+    } else if (next_total > granted) {  // a smaller total keeps the control: a new one needs memory, which may be out
+      control = std::make_unique<Control>(Control::max_allowed_parallelism, others + std::size_t(next_total));
+      granted = next_total;
+    }
+    total = next_total;
   }
   int32_t worker_count_;
 };
