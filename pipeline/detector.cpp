@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -173,14 +174,16 @@ void Detector::finish_pushed() {
 void Detector::run_intake() {
   StartState state = kRunning;
   try {
-    runner_->warm_up();  // before this thread has settings: threads that oneTBB starts inherit them
+    runner_->warm_up();                  // before this thread has settings: threads that oneTBB starts inherit them
+  } catch (const std::runtime_error&) {  // of oneTBB
+    state = kNoThread;
   } catch (...) {
     state = kFailed;
   }
   thread_setup_->enter_intake();
   start_state_.store(state, std::memory_order_seq_cst);  // before notify_all looks for sleepers, on any CPU
   start_state_.notify_all();
-  if (state == kFailed) return;
+  if (state != kRunning) return;
   for (;;) {
     const uint32_t seen = event_.look();
     if (stop_.load(std::memory_order_acquire)) return;

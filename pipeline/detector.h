@@ -224,7 +224,7 @@ class Detector {
   std::atomic<bool> inside_{false}, reported_wrong_thread_{false};  // inline
   Event event_;
   std::atomic<bool> stop_{false};
-  enum StartState : int32_t { kStarting, kRunning, kFailed };
+  enum StartState : int32_t { kStarting, kRunning, kFailed, kNoThread };
   std::atomic<StartState> start_state_{kStarting};
   std::atomic<int64_t> advance_ns_{INT64_MIN}, advance_poses_{0};  // the time, and the poses that were pushed before it
   std::atomic<uint64_t> advance_wanted_{0}, advance_done_{0};
