@@ -14,8 +14,19 @@
 namespace overtake {
 namespace {
 static_assert(kReasonCount <= int32_t(std::extent_v<decltype(ovt_stats::points_bad)>));
-// The detector whose on_frame this thread runs. initial-exec: the first use on a thread allocates no memory.
-[[gnu::tls_model("initial-exec")]] thread_local const Detector* calling_back = nullptr;
+// The detectors whose on_frame this thread runs: one's on_frame may push to another, whose on_frame then runs, too.
+struct Callback {
+  const Detector* detector;
+  const Callback* outer;
+};
+// The innermost. initial-exec: the first use on a thread allocates no memory.
+[[gnu::tls_model("initial-exec")]] thread_local const Callback* callbacks = nullptr;
+
+bool is_in_callback_of(const Detector* detector) noexcept {
+  for (const Callback* c = callbacks; c; c = c->outer)
+    if (c->detector == detector) return true;
+  return false;
+}
 
 void add(std::atomic<int64_t>& counter, int64_t n) noexcept {
   if (n != 0) counter.fetch_add(n, std::memory_order_relaxed);
@@ -57,11 +68,12 @@ void Detector::drop_owner() {
 // ---- producers ----------------------------------------------------------------------------------------------------
 
 bool Detector::enter() {
-  const bool mine = calling_back != this && (!inline_ || !inside_.exchange(true, std::memory_order_acquire));
+  const bool calls_back = is_in_callback_of(this);
+  const bool mine = !calls_back && (!inline_ || !inside_.exchange(true, std::memory_order_acquire));
   if (!mine) counters_.refused.fetch_add(1, std::memory_order_relaxed);
   if (!mine && !reported_wrong_thread_.exchange(true, std::memory_order_relaxed))
-    log(OVT_LOG_ERROR, calling_back == this ? "on_frame called something other than ovt_read_...: refused"
-                                            : "worker_count 1: a second thread called while one was inside");
+    log(OVT_LOG_ERROR, calls_back ? "on_frame called something other than ovt_read_...: refused"
+                                  : "worker_count 1: a second thread called while one was inside");
   return mine;
 }
 
@@ -386,14 +398,15 @@ void Detector::finish(Frame& frame) {
 
   if (on_frame_) {
     callback_reader_.frame = &frame;
-    const Detector* const outer = std::exchange(calling_back, this);
+    const Callback call = {this, callbacks};
+    callbacks = &call;
     try {
       on_frame_(reinterpret_cast<ovt_reader*>(&callback_reader_), user_);
     } catch (...) {
       add(counters_.exceptions, 1);
       log(OVT_LOG_ERROR, "on_frame threw an exception");
     }
-    calling_back = outer;
+    callbacks = call.outer;
     callback_reader_.frame = nullptr;
   }
   pool_.publish(&frame);
