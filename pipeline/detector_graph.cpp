@@ -213,7 +213,9 @@ struct DetectorGraph::Nodes {
         return flow::continue_msg();
       }
       const Visit visit(setup);
-      run_track(context, hooks, stage, *job.frame);
+      // on_frame may use oneTBB. Where it waits for its own tasks, it must not run one of this graph: the next scan's
+      // segmentation, say, would hold up this frame.
+      oneapi::tbb::this_task_arena::isolate([&] { run_track(context, hooks, stage, *job.frame); });
       keep_awake();
       return flow::continue_msg();
     });
