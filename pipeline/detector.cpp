@@ -220,7 +220,7 @@ void Detector::watch_frames() {
 }
 
 // Drains the mailboxes until a full pass finds nothing. Only then is the smallest pending stamp guaranteed to be the
-// oldest one pushed.
+// oldest one pushed. A pass finds something each time while producers push faster than it ends: the work must go on.
 void Detector::gather() {
   const auto take = [&](int32_t sensor, auto& box, std::atomic<int64_t>& dropped) {
     if (box.pending() && push_waits_) return false;
@@ -233,7 +233,9 @@ void Detector::gather() {
     }
     return true;
   };
-  for (bool found = true; found;) {
+  constexpr int32_t kPasses = 16;
+  bool found = true;
+  for (int32_t k = 0; k < kPasses && found; ++k) {
     found = take(-1, external_, counters_.external_dropped);
     for (int32_t s = 0; s < context_.sensor_count; ++s) found |= take(s, mailboxes_[s], counters_.dropped);
   }
