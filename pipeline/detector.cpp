@@ -80,6 +80,7 @@ bool Detector::enter() {
 ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
   const EgoPose pose = {in.stamp_ns,  in.x_m,     in.y_m,       in.z_m,         in.roll_rad,
                         in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps};
+  if (push_waits_ && !inline_) wait_for_poses();
   const ovt_status status = ego_->push(bank_attitude_.complete(pose));
   (status == OVT_OK ? counters_.ego_poses : counters_.ego_dropped).fetch_add(1, std::memory_order_relaxed);
   if (const int32_t n = ego_->take_dropped()) {  // push had returned OVT_OK for them
@@ -87,6 +88,19 @@ ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
     counters_.ego_dropped.fetch_add(n, std::memory_order_relaxed);
   }
   return status;
+}
+
+// Replay: a pose may overwrite one that is used by a scan in its mailbox, or by a frame that this scan closes. Then the
+// intake places all scans that were pushed first. It needs no other call for that, only finished frames, as in
+// finish_pushed. In on_frame, whose frame would never finish, nothing waits.
+void Detector::wait_for_poses() {
+  const int64_t count = ego_->range().count;
+  if (count - placed_poses_ < ego_->spare() || is_in_callback_of(this)) return;
+  poses_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+  const uint64_t ticket = poses_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
+  event_.signal();
+  for (uint64_t done; (done = poses_done_.load(std::memory_order_acquire)) < ticket;) poses_done_.wait(done);
+  placed_poses_ = count;
 }
 
 ovt_status Detector::push_detections(const ovt_external_detections& in) {
@@ -149,13 +163,13 @@ ovt_status Detector::advance(int64_t now_ns) {
     count_settled();
     return OVT_OK;
   }
-  advance_ns_.store(now_ns, std::memory_order_relaxed);
-  advance_poses_.store(ego_->range().count, std::memory_order_relaxed);
-  advance_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
-  const uint64_t ticket = advance_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
+  const uint64_t version = advance_version_.load(std::memory_order_relaxed) + 2;
+  advance_version_.store(version - 1, std::memory_order_relaxed);
+  advance_.store({now_ns, ego_->range().count, tickets_.load(std::memory_order_relaxed)});
+  advance_version_.store(version, std::memory_order_release);
   event_.signal();
   if (push_waits_)  // replay: the intake must handle this time before any later push
-    for (uint64_t done; (done = advance_done_.load(std::memory_order_acquire)) < ticket;) advance_done_.wait(done);
+    for (uint64_t done; (done = advance_done_.load(std::memory_order_acquire)) < version;) advance_done_.wait(done);
   return OVT_OK;
 }
 
@@ -176,6 +190,7 @@ ovt_status Detector::flush() {
 // nobody but on_frame, and readers cannot hold every frame slot (a reader holds one, and the pool has more).
 void Detector::finish_pushed() {
   flush_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+  flush_poses_.store(ego_->range().count, std::memory_order_relaxed);
   const uint64_t ticket = flush_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
   for (uint64_t done; (done = flush_done_.load(std::memory_order_acquire)) < ticket;) flush_done_.wait(done);
@@ -241,7 +256,13 @@ void Detector::gather() {
   }
 }
 
+// Replay: what comes next reads the poses as when it was pushed.
+void Detector::read_poses_of(int64_t count) noexcept {
+  if (push_waits_ && !inline_) ego_->set_horizon(count);
+}
+
 bool Detector::place_pending_detections() {
+  read_poses_of(external_.pending()->ego.count);
   const IntakeResult taken = assembler_->take_external(*external_.pending());
   count_settled();
   if (taken == IntakeResult::kNoSlot) return false;
@@ -263,6 +284,7 @@ void Detector::count_settled() {
 }
 
 bool Detector::place_pending_scan(int32_t sensor) {
+  read_poses_of(mailboxes_[sensor].pending()->ego.count);
   const IntakeResult taken = assembler_->take_scan(sensor, *mailboxes_[sensor].pending());
   count_settled();
   switch (taken) {
@@ -312,25 +334,43 @@ bool Detector::is_pending_before(uint64_t ticket) noexcept {
 }
 
 bool Detector::step_intake() {
-  // Read the tickets first: then everything pushed before a ticket was drawn is gathered and used before that ticket.
-  const uint64_t advance_wanted = advance_wanted_.load(std::memory_order_acquire);
+  // Read what is asked for first: then everything pushed before it is gathered and used before it. The flush before the
+  // advance: who sees a flush sees the advance before it.
   const uint64_t flush_wanted = flush_wanted_.load(std::memory_order_acquire);
-  const uint64_t advance_before = advance_before_.load(std::memory_order_relaxed);
   const uint64_t flush_before = flush_before_.load(std::memory_order_relaxed);
-  gather();
+  const uint64_t poses_wanted = poses_wanted_.load(std::memory_order_acquire);
+  const uint64_t poses_before = poses_before_.load(std::memory_order_relaxed);
+  constexpr int32_t kReads = 16;
+  uint64_t version = 0;
+  Advance advance{};
+  bool is_whole = false;
+  for (int32_t k = 0; k < kReads && !is_whole; ++k) {
+    version = advance_version_.load(std::memory_order_acquire);
+    advance = advance_.load();
+    gather();
+    // Again if there is a later one: what was gathered may have been pushed after it.
+    is_whole = version % 2 == 0 && version == advance_version_.load(std::memory_order_acquire);
+  }
   if (const auto hook = gather_hook_.load(std::memory_order_acquire)) hook(gather_user_);
   // What is pushed later does not delay them.
-  if (advance_wanted != advance_done_.load(std::memory_order_relaxed) && !is_pending_before(advance_before)) {
-    const bool done = assembler_->advance(advance_ns_.load(std::memory_order_relaxed),
-                                          advance_poses_.load(std::memory_order_relaxed));
+  if (poses_wanted != poses_done_.load(std::memory_order_relaxed) && !is_pending_before(poses_before)) {
+    poses_done_.store(poses_wanted, std::memory_order_release);
+    poses_done_.notify_all();
+    return true;
+  }
+  const bool asks = is_whole && version != advance_done_.load(std::memory_order_relaxed);
+  if (asks && !is_pending_before(advance.before)) {
+    read_poses_of(advance.poses);
+    const bool done = assembler_->advance(advance.now_ns, advance.poses);
     count_settled();
     if (!done) return false;
-    advance_done_.store(advance_wanted, std::memory_order_release);
+    advance_done_.store(version, std::memory_order_release);
     advance_done_.notify_all();
     return true;
   }
   if (flush_wanted != flush_done_.load(std::memory_order_relaxed) && !is_pending_before(flush_before)) {
     if (flushed_ != flush_wanted) {
+      read_poses_of(flush_poses_.load(std::memory_order_relaxed));
       const bool done = assembler_->flush();
       count_settled();
       if (!done) return false;
