@@ -6,7 +6,8 @@
 //   producers --> mailboxes --> intake --> frames --> runner (inline or graph) --> finish --> pool --> readers
 //
 // With worker_count 1 the producer's thread is also the intake. Else the intake is a separate thread: producers only
-// copy, post and signal; they never allocate, never block (except with OVT_PUSH_WAIT) and never call TBB.
+// copy, post and signal; they never allocate, never call TBB, and wait only with OVT_PUSH_WAIT, or for a thread that
+// closes their open scan in pieces (detector_stream.cpp).
 #pragma once
 
 #include <sys/types.h>
