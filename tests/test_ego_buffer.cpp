@@ -310,3 +310,12 @@ TEST_CASE("ego: windows contain whole poses in order, however fast the producer 
   producer.join();
   CHECK(wrong == 0);
 }
+
+TEST_CASE("ego: in a replay the oldest pose that is used does not depend on how far the producer is") {
+  EgoBuffer buffer(512);
+  for (int64_t i = 0; i < 700; ++i) REQUIRE(buffer.push(pose_at(i * kMs, double(i))) == OVT_OK);
+  const EgoRange range{0, 600};
+  CHECK(buffer.oldest_safe(range) == 700 - 512 + 128);
+  buffer.set_horizon(600);  // when the scan was pushed
+  CHECK(buffer.oldest_safe(range) == 600 - 512 + 128);
+}
