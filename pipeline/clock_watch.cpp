@@ -46,7 +46,7 @@ StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
     s.base_ns = others.newest_ns;
     return StampVerdict::kHold;
   }
-  ++s.late;
+  s.late = std::min(s.late + 1, kAgreeing);
   note_suspect(source);
   return StampVerdict::kLate;
 }
@@ -115,7 +115,7 @@ bool ClockWatch::keeps_pace(int32_t source, int64_t stamp_ns) const noexcept {
 bool ClockWatch::is_consistent(int64_t step_ns, int64_t before_ns) const noexcept {
   if (step_ns <= 0) return false;
   if (step_ns <= max_gap_ns_) return true;
-  if (sensor_count_ > 1) return false;
+  if (sensor_count_ > 1 || before_ns <= 0) return false;
   return std::max(step_ns, before_ns) <= kSlowestNs && step_ns <= 2 * before_ns && before_ns <= 2 * step_ns;
 }
 
@@ -213,7 +213,8 @@ void ClockWatch::accept(int32_t source) noexcept {
 void ClockWatch::reject(int32_t source) noexcept {
   held_ &= ~(1u << source);
   rejected_ |= 1u << source;
-  if (sources_[source].suspects > 0) ++sources_[source].late;
+  Source& s = sources_[source];
+  if (s.suspects > 0) s.late = std::min(s.late + 1, kAgreeing);
   note_suspect(source);
 }
 

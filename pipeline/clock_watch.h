@@ -127,7 +127,7 @@ class ClockWatch {
     int64_t interval_ns = 0;     // the shorter of its last two intervals between good stamps
     int64_t before_ns = 0;       // the last interval
     int32_t suspects = 0;        // increasing suspect stamps in a row
-    int32_t late = 0;            // suspects classified kLate
+    int32_t late = 0;            // suspects classified kLate, up to kAgreeing
     int64_t suspect_ns = 0;      // the last suspect stamp
     int64_t step_ns = 0;         // from the stamp before it, of the first one from the newest good stamp
     int64_t before_step_ns = 0;  // the step before that

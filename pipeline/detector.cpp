@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -13,8 +14,19 @@
 namespace overtake {
 namespace {
 static_assert(kReasonCount <= int32_t(std::extent_v<decltype(ovt_stats::points_bad)>));
-// The detector whose on_frame this thread runs. initial-exec: the first use on a thread allocates no memory.
-[[gnu::tls_model("initial-exec")]] thread_local const Detector* calling_back = nullptr;
+// The detectors whose on_frame this thread runs: one's on_frame may push to another, whose on_frame then runs, too.
+struct Callback {
+  const Detector* detector;
+  const Callback* outer;
+};
+// The innermost. initial-exec: the first use on a thread allocates no memory.
+[[gnu::tls_model("initial-exec")]] thread_local const Callback* callbacks = nullptr;
+
+bool is_in_callback_of(const Detector* detector) noexcept {
+  for (const Callback* c = callbacks; c; c = c->outer)
+    if (c->detector == detector) return true;
+  return false;
+}
 
 void add(std::atomic<int64_t>& counter, int64_t n) noexcept {
   if (n != 0) counter.fetch_add(n, std::memory_order_relaxed);
@@ -56,17 +68,19 @@ void Detector::drop_owner() {
 // ---- producers ----------------------------------------------------------------------------------------------------
 
 bool Detector::enter() {
-  const bool mine = calling_back != this && (!inline_ || !inside_.exchange(true, std::memory_order_acquire));
+  const bool calls_back = is_in_callback_of(this);
+  const bool mine = !calls_back && (!inline_ || !inside_.exchange(true, std::memory_order_acquire));
   if (!mine) counters_.refused.fetch_add(1, std::memory_order_relaxed);
   if (!mine && !reported_wrong_thread_.exchange(true, std::memory_order_relaxed))
-    log(OVT_LOG_ERROR, calling_back == this ? "on_frame called something other than ovt_read_...: refused"
-                                            : "worker_count 1: a second thread called while one was inside");
+    log(OVT_LOG_ERROR, calls_back ? "on_frame called something other than ovt_read_...: refused"
+                                  : "worker_count 1: a second thread called while one was inside");
   return mine;
 }
 
 ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
   const EgoPose pose = {in.stamp_ns,  in.x_m,     in.y_m,       in.z_m,         in.roll_rad,
                         in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps};
+  if (push_waits_ && !inline_) wait_for_poses();
   const ovt_status status = ego_->push(bank_attitude_.complete(pose));
   (status == OVT_OK ? counters_.ego_poses : counters_.ego_dropped).fetch_add(1, std::memory_order_relaxed);
   if (const int32_t n = ego_->take_dropped()) {  // push had returned OVT_OK for them
@@ -74,6 +88,19 @@ ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
     counters_.ego_dropped.fetch_add(n, std::memory_order_relaxed);
   }
   return status;
+}
+
+// Replay: a pose may overwrite one that is used by a scan in its mailbox, or by a frame that this scan closes. Then the
+// intake places all scans that were pushed first. It needs no other call for that, only finished frames, as in
+// finish_pushed. In on_frame, whose frame would never finish, nothing waits.
+void Detector::wait_for_poses() {
+  const int64_t count = ego_->range().count;
+  if (count - placed_poses_ < ego_->spare() || is_in_callback_of(this)) return;
+  poses_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+  const uint64_t ticket = poses_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
+  event_.signal();
+  for (uint64_t done; (done = poses_done_.load(std::memory_order_acquire)) < ticket;) poses_done_.wait(done);
+  placed_poses_ = count;
 }
 
 ovt_status Detector::push_detections(const ovt_external_detections& in) {
@@ -136,13 +163,13 @@ ovt_status Detector::advance(int64_t now_ns) {
     count_settled();
     return OVT_OK;
   }
-  advance_ns_.store(now_ns, std::memory_order_relaxed);
-  advance_poses_.store(ego_->range().count, std::memory_order_relaxed);
-  advance_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
-  const uint64_t ticket = advance_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
+  const uint64_t version = advance_version_.load(std::memory_order_relaxed) + 2;
+  advance_version_.store(version - 1, std::memory_order_relaxed);
+  advance_.store({now_ns, ego_->range().count, tickets_.load(std::memory_order_relaxed)});
+  advance_version_.store(version, std::memory_order_release);
   event_.signal();
   if (push_waits_)  // replay: the intake must handle this time before any later push
-    for (uint64_t done; (done = advance_done_.load(std::memory_order_acquire)) < ticket;) advance_done_.wait(done);
+    for (uint64_t done; (done = advance_done_.load(std::memory_order_acquire)) < version;) advance_done_.wait(done);
   return OVT_OK;
 }
 
@@ -163,6 +190,7 @@ ovt_status Detector::flush() {
 // nobody but on_frame, and readers cannot hold every frame slot (a reader holds one, and the pool has more).
 void Detector::finish_pushed() {
   flush_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+  flush_poses_.store(ego_->range().count, std::memory_order_relaxed);
   const uint64_t ticket = flush_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
   for (uint64_t done; (done = flush_done_.load(std::memory_order_acquire)) < ticket;) flush_done_.wait(done);
@@ -173,14 +201,16 @@ void Detector::finish_pushed() {
 void Detector::run_intake() {
   StartState state = kRunning;
   try {
-    runner_->warm_up();  // before this thread has settings: threads that oneTBB starts inherit them
+    runner_->warm_up();                  // before this thread has settings: threads that oneTBB starts inherit them
+  } catch (const std::runtime_error&) {  // of oneTBB
+    state = kNoThread;
   } catch (...) {
     state = kFailed;
   }
   thread_setup_->enter_intake();
   start_state_.store(state, std::memory_order_seq_cst);  // before notify_all looks for sleepers, on any CPU
   start_state_.notify_all();
-  if (state == kFailed) return;
+  if (state != kRunning) return;
   for (;;) {
     const uint32_t seen = event_.look();
     if (stop_.load(std::memory_order_acquire)) return;
@@ -205,7 +235,7 @@ void Detector::watch_frames() {
 }
 
 // Drains the mailboxes until a full pass finds nothing. Only then is the smallest pending stamp guaranteed to be the
-// oldest one pushed.
+// oldest one pushed. A pass finds something each time while producers push faster than it ends: the work must go on.
 void Detector::gather() {
   const auto take = [&](int32_t sensor, auto& box, std::atomic<int64_t>& dropped) {
     if (box.pending() && push_waits_) return false;
@@ -218,13 +248,21 @@ void Detector::gather() {
     }
     return true;
   };
-  for (bool found = true; found;) {
+  constexpr int32_t kPasses = 16;
+  bool found = true;
+  for (int32_t k = 0; k < kPasses && found; ++k) {
     found = take(-1, external_, counters_.external_dropped);
     for (int32_t s = 0; s < context_.sensor_count; ++s) found |= take(s, mailboxes_[s], counters_.dropped);
   }
 }
 
+// Replay: what comes next reads the poses as when it was pushed.
+void Detector::read_poses_of(int64_t count) noexcept {
+  if (push_waits_ && !inline_) ego_->set_horizon(count);
+}
+
 bool Detector::place_pending_detections() {
+  read_poses_of(external_.pending()->ego.count);
   const IntakeResult taken = assembler_->take_external(*external_.pending());
   count_settled();
   if (taken == IntakeResult::kNoSlot) return false;
@@ -246,6 +284,7 @@ void Detector::count_settled() {
 }
 
 bool Detector::place_pending_scan(int32_t sensor) {
+  read_poses_of(mailboxes_[sensor].pending()->ego.count);
   const IntakeResult taken = assembler_->take_scan(sensor, *mailboxes_[sensor].pending());
   count_settled();
   switch (taken) {
@@ -295,25 +334,43 @@ bool Detector::is_pending_before(uint64_t ticket) noexcept {
 }
 
 bool Detector::step_intake() {
-  // Read the tickets first: then everything pushed before a ticket was drawn is gathered and used before that ticket.
-  const uint64_t advance_wanted = advance_wanted_.load(std::memory_order_acquire);
+  // Read what is asked for first: then everything pushed before it is gathered and used before it. The flush before the
+  // advance: who sees a flush sees the advance before it.
   const uint64_t flush_wanted = flush_wanted_.load(std::memory_order_acquire);
-  const uint64_t advance_before = advance_before_.load(std::memory_order_relaxed);
   const uint64_t flush_before = flush_before_.load(std::memory_order_relaxed);
-  gather();
+  const uint64_t poses_wanted = poses_wanted_.load(std::memory_order_acquire);
+  const uint64_t poses_before = poses_before_.load(std::memory_order_relaxed);
+  constexpr int32_t kReads = 16;
+  uint64_t version = 0;
+  Advance advance{};
+  bool is_whole = false;
+  for (int32_t k = 0; k < kReads && !is_whole; ++k) {
+    version = advance_version_.load(std::memory_order_acquire);
+    advance = advance_.load();
+    gather();
+    // Again if there is a later one: what was gathered may have been pushed after it.
+    is_whole = version % 2 == 0 && version == advance_version_.load(std::memory_order_acquire);
+  }
   if (const auto hook = gather_hook_.load(std::memory_order_acquire)) hook(gather_user_);
   // What is pushed later does not delay them.
-  if (advance_wanted != advance_done_.load(std::memory_order_relaxed) && !is_pending_before(advance_before)) {
-    const bool done = assembler_->advance(advance_ns_.load(std::memory_order_relaxed),
-                                          advance_poses_.load(std::memory_order_relaxed));
+  if (poses_wanted != poses_done_.load(std::memory_order_relaxed) && !is_pending_before(poses_before)) {
+    poses_done_.store(poses_wanted, std::memory_order_release);
+    poses_done_.notify_all();
+    return true;
+  }
+  const bool asks = is_whole && version != advance_done_.load(std::memory_order_relaxed);
+  if (asks && !is_pending_before(advance.before)) {
+    read_poses_of(advance.poses);
+    const bool done = assembler_->advance(advance.now_ns, advance.poses);
     count_settled();
     if (!done) return false;
-    advance_done_.store(advance_wanted, std::memory_order_release);
+    advance_done_.store(version, std::memory_order_release);
     advance_done_.notify_all();
     return true;
   }
   if (flush_wanted != flush_done_.load(std::memory_order_relaxed) && !is_pending_before(flush_before)) {
     if (flushed_ != flush_wanted) {
+      read_poses_of(flush_poses_.load(std::memory_order_relaxed));
       const bool done = assembler_->flush();
       count_settled();
       if (!done) return false;
@@ -383,14 +440,15 @@ void Detector::finish(Frame& frame) {
 
   if (on_frame_) {
     callback_reader_.frame = &frame;
-    const Detector* const outer = std::exchange(calling_back, this);
+    const Callback call = {this, callbacks};
+    callbacks = &call;
     try {
       on_frame_(reinterpret_cast<ovt_reader*>(&callback_reader_), user_);
     } catch (...) {
       add(counters_.exceptions, 1);
       log(OVT_LOG_ERROR, "on_frame threw an exception");
     }
-    calling_back = outer;
+    callbacks = call.outer;
     callback_reader_.frame = nullptr;
   }
   pool_.publish(&frame);

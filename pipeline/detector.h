@@ -6,7 +6,8 @@
 //   producers --> mailboxes --> intake --> frames --> runner (inline or graph) --> finish --> pool --> readers
 //
 // With worker_count 1 the producer's thread is also the intake. Else the intake is a separate thread: producers only
-// copy, post and signal; they never allocate, never block (except with OVT_PUSH_WAIT) and never call TBB.
+// copy, post and signal; they never allocate, never call TBB, and wait only with OVT_PUSH_WAIT, or for a thread that
+// closes their open scan in pieces (detector_stream.cpp).
 #pragma once
 
 #include <sys/types.h>
@@ -27,6 +28,7 @@
 #include "pipeline/road/bank_attitude.h"
 #include "pipeline/scan_builder.h"
 #include "pipeline/sensor_rhythm.h"
+#include "pipeline/shared_words.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
@@ -101,6 +103,7 @@ class Detector {
   void drop_owner();
   void tell_intake();
   void finish_pushed();
+  void wait_for_poses();
   bool enter();
   // With worker_count 1 the caller runs everything, one call at a time: a Turn is refused while another call runs. A
   // call from on_frame is always refused: it might wait for on_frame's own frame.
@@ -137,6 +140,7 @@ class Detector {
   void run_intake();
   bool step_intake();
   void gather();
+  void read_poses_of(int64_t count) noexcept;
   bool is_pending_before(uint64_t ticket) noexcept;
   int32_t find_next();
   bool place_pending_scan(int32_t sensor);
@@ -184,6 +188,7 @@ class Detector {
     int64_t last_ns = 0;
   };
   Stamp last_external_;
+  int64_t placed_poses_ = 0;  // replay: all that was pushed before this pose is in frames
   int64_t period_ns_ = 0;
   double scan_limit_ = 0;        // periods; 0: none
   int64_t longest_step_ns_ = 0;  // of a sensor's stamps; a longer one is a gap, or a jump of its clock
@@ -224,14 +229,23 @@ class Detector {
   std::atomic<bool> inside_{false}, reported_wrong_thread_{false};  // inline
   Event event_;
   std::atomic<bool> stop_{false};
-  enum StartState : int32_t { kStarting, kRunning, kFailed };
+  enum StartState : int32_t { kStarting, kRunning, kFailed, kNoThread };
   std::atomic<StartState> start_state_{kStarting};
-  std::atomic<int64_t> advance_ns_{INT64_MIN}, advance_poses_{0};  // the time, and the poses that were pushed before it
-  std::atomic<uint64_t> advance_wanted_{0}, advance_done_{0};
+  // What ovt_advance asks for. A later call may replace it while the intake reads it.
+  struct Advance {
+    int64_t now_ns;
+    int64_t poses;    // pushed before
+    uint64_t before;  // it waits for what was pushed before this ticket
+  };
+  SharedWords<Advance> advance_;
+  std::atomic<uint64_t> advance_version_{0};  // odd while a call stores it; else twice the number of calls
+  std::atomic<uint64_t> advance_done_{0};     // the version that was handled last
   std::atomic<uint64_t> flush_wanted_{0}, flush_done_{0};
-  std::atomic<uint64_t> advance_before_{0}, flush_before_{0};  // they wait for what was pushed before these tickets
-  uint64_t flushed_ = 0;                                       // intake: the last flush that closed its frames
-  int64_t flushed_frames_ = 0;                                 // ... and waits for so many
+  std::atomic<uint64_t> flush_before_{0};                                    // as Advance::before
+  std::atomic<int64_t> flush_poses_{0};                                      // as Advance::poses
+  std::atomic<uint64_t> poses_wanted_{0}, poses_done_{0}, poses_before_{0};  // of ovt_push_ego_pose in a replay
+  uint64_t flushed_ = 0;        // intake: the last flush that closed its frames
+  int64_t flushed_frames_ = 0;  // ... and waits for so many
   std::thread intake_;
   std::atomic<void (*)(void* user)> gather_hook_{nullptr};
   void* gather_user_ = nullptr;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 
@@ -267,6 +268,10 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
 
 // Creates the runner and, unless worker_count is 1, its threads.
 ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params& params, std::string& error) {
+  const auto no_thread = [&] {
+    error = "the system refused a thread";
+    return OVT_NO_THREADS;
+  };
   ThreadSettings settings;
   settings.cpus.assign(def.cpus, def.cpus + def.cpu_count);
   settings.fifo_priority = def.fifo_priority;
@@ -284,7 +289,11 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
     graph.worker_count = worker_count_;
     graph.max_frames = max_frames_;
     graph.spin_ns = spin_ns_;
-    runner_ = std::make_unique<DetectorGraph>(graph, *thread_setup_, context_, *track_stage_, std::move(hooks));
+    try {
+      runner_ = std::make_unique<DetectorGraph>(graph, *thread_setup_, context_, *track_stage_, std::move(hooks));
+    } catch (const std::runtime_error&) {  // of oneTBB
+      return no_thread();
+    }
   }
   AssemblerParams assembly;
   assembly.sensor_count = context_.sensor_count;
@@ -310,11 +319,12 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
   try {
     intake_ = std::thread([this] { runner_->host([this] { run_intake(); }); });
   } catch (const std::system_error&) {
-    error = "the system refused a thread";
-    return OVT_NO_THREADS;
+    return no_thread();
   }
   start_state_.wait(kStarting, std::memory_order_acquire);
-  if (start_state_.load(std::memory_order_acquire) != kRunning) {
+  const StartState state = start_state_.load(std::memory_order_acquire);
+  if (state == kNoThread) return no_thread();
+  if (state != kRunning) {
     error = "the graph could not be started";
     return OVT_NO_MEMORY;
   }

@@ -43,14 +43,21 @@ class WorkerShare {
   inline static std::mutex mutex;  // only create and destroy use it, never the data path
   inline static int32_t total = 0;
   static void change(int32_t by) {
+    // Never destroyed: a detector of a global object is destroyed after the static objects of this function would be.
+    static std::unique_ptr<Control>& control = *new std::unique_ptr<Control>;
     static std::size_t others = 1;
-    static std::unique_ptr<Control> control;
+    static int32_t granted = 0;
     const std::lock_guard<std::mutex> lock(mutex);
+    const int32_t next_total = total + by;
     if (!control) others = Control::active_value(Control::max_allowed_parallelism);
-    total += by;
-    std::unique_ptr<Control> next;
-    if (total > 0) next = std::make_unique<Control>(Control::max_allowed_parallelism, others + std::size_t(total));
-    control = std::move(next);
+    if (next_total == 0) {
+      control.reset();
+      granted = 0;
+    } else if (next_total > granted) {  // a smaller total keeps the control: a new one needs memory, which may be out
+      control = std::make_unique<Control>(Control::max_allowed_parallelism, others + std::size_t(next_total));
+      granted = next_total;
+    }
+    total = next_total;
   }
   int32_t worker_count_;
 };
@@ -168,49 +175,65 @@ struct DetectorGraph::Nodes {
         share(params.worker_count),
         expected(std::min(params.worker_count, WorkerShare::count_allowed())),
         arena(expected + 1, 1) {  // one place for the intake
-    arena.execute([&] {
-      graph = std::make_unique<flow::graph>();
-      segment = std::make_unique<SegmentNode>(*graph, flow::unlimited, [this](const Job& job) {
-        const Visit visit(setup);
-        waiting.fetch_sub(1, std::memory_order_relaxed);
-        if (!job.frame) {
-          if (job.sensor == kHold) warm_worker();
-          return flow::continue_msg();
-        }
-        OVT_CHECK(visit.place >= 0 && visit.place <= params.worker_count);
-        segmenting.fetch_add(1, std::memory_order_relaxed);
-        run_segment(context, hooks, *job.frame, job.sensor, visit.place);
-        segmenting.fetch_sub(1, std::memory_order_relaxed);
-        keep_awake();  // first: a thread runs the last message of a body first
-        if (!finish_part(*job.frame, false)) help_others();
+    try {
+      arena.execute([this] { build(); });
+    } catch (...) {  // the system refused a thread for a task that an edge has spawned: the task uses the nodes
+      if (graph) arena.execute([this] { finish_tasks(); });
+      throw;
+    }
+  }
+
+  void build() {
+    graph = std::make_unique<flow::graph>();
+    segment = std::make_unique<SegmentNode>(*graph, flow::unlimited, [this](const Job& job) {
+      const Visit visit(setup);
+      waiting.fetch_sub(1, std::memory_order_relaxed);
+      if (!job.frame) {
+        if (job.sensor == kHold) warm_worker();
         return flow::continue_msg();
-      });
-      detect = std::make_unique<DetectNode>(*graph, flow::unlimited, [this](const Job& job) {
-        const Visit visit(setup);
-        if (job.sensor == kAwaited) waiting.fetch_sub(1, std::memory_order_relaxed);
-        if (job.frame) run_detect(context, hooks, *job.frame);
-        return job;
-      });
-      in_order = std::make_unique<OrderNode>(*graph, [](const Job& job) { return std::size_t(job.order); });
-      track = std::make_unique<TrackNode>(*graph, flow::serial, [this](const Job& job) {
-        if (!job.frame) {
-          warmed.fetch_add(1, std::memory_order_release);
-          return flow::continue_msg();
-        }
-        const Visit visit(setup);
-        run_track(context, hooks, stage, *job.frame);
-        keep_awake();
-        return flow::continue_msg();
-      });
-      spin = std::make_unique<SpinNode>(*graph, flow::unlimited, [this](const flow::continue_msg&) {
-        const int64_t until = steady_now_ns() + params.spin_ns;
-        idle_while([&] { return steady_now_ns() < until; });
-        spinning.fetch_sub(1, std::memory_order_relaxed);
-        return flow::continue_msg();
-      });
-      flow::make_edge(*detect, *in_order);
-      flow::make_edge(*in_order, *track);
+      }
+      OVT_CHECK(visit.place >= 0 && visit.place <= params.worker_count);
+      segmenting.fetch_add(1, std::memory_order_relaxed);
+      run_segment(context, hooks, *job.frame, job.sensor, visit.place);
+      segmenting.fetch_sub(1, std::memory_order_relaxed);
+      keep_awake();  // first: a thread runs the last message of a body first
+      if (!finish_part(*job.frame, false)) help_others();
+      return flow::continue_msg();
     });
+    detect = std::make_unique<DetectNode>(*graph, flow::unlimited, [this](const Job& job) {
+      const Visit visit(setup);
+      if (job.sensor == kAwaited) waiting.fetch_sub(1, std::memory_order_relaxed);
+      if (job.frame) run_detect(context, hooks, *job.frame);
+      return job;
+    });
+    in_order = std::make_unique<OrderNode>(*graph, [](const Job& job) { return std::size_t(job.order); });
+    track = std::make_unique<TrackNode>(*graph, flow::serial, [this](const Job& job) {
+      if (!job.frame) {
+        warmed.fetch_add(1, std::memory_order_release);
+        return flow::continue_msg();
+      }
+      const Visit visit(setup);
+      // on_frame may use oneTBB. Where it waits for its own tasks, it must not run one of this graph: the next scan's
+      // segmentation, say, would hold up this frame.
+      oneapi::tbb::this_task_arena::isolate([&] { run_track(context, hooks, stage, *job.frame); });
+      keep_awake();
+      return flow::continue_msg();
+    });
+    spin = std::make_unique<SpinNode>(*graph, flow::unlimited, [this](const flow::continue_msg&) {
+      const int64_t until = steady_now_ns() + params.spin_ns;
+      idle_while([&] { return steady_now_ns() < until; });
+      spinning.fetch_sub(1, std::memory_order_relaxed);
+      return flow::continue_msg();
+    });
+    flow::make_edge(*detect, *in_order);
+    flow::make_edge(*in_order, *track);
+  }
+
+  void finish_tasks() noexcept {
+    try {
+      graph->wait_for_all();
+    } catch (...) {  // of a task, or again of a refused thread: there is nobody to tell
+    }
   }
 
   // The frame's last segmentation, or its closing, sends the frame to `detect`. The intake runs no stage itself: a
@@ -344,7 +367,7 @@ struct DetectorGraph::Nodes {
   std::atomic<int32_t> here{0}, most_here{0};  // workers in the warm-up; the maximum, which is the worker count
   std::atomic<bool> posted{false};             // the intake has sent its warm-up messages
   std::atomic<int64_t> warmed{0};              // warm-up messages that passed the whole graph
-  int64_t warm_until = 0;
+  std::atomic<int64_t> warm_until{0};
   WorkerShare share;
   const int32_t expected;  // workers requested, no more than the process allows: TBB would print a warning
 
@@ -363,7 +386,7 @@ DetectorGraph::DetectorGraph(const GraphParams& params, ThreadSetup& setup, cons
 
 DetectorGraph::~DetectorGraph() {
   Nodes& n = *nodes_;
-  n.arena.execute([&] { n.graph->wait_for_all(); });
+  n.arena.execute([&] { n.finish_tasks(); });
   n.setup.release_workers();
 }
 
@@ -377,8 +400,13 @@ void DetectorGraph::warm_up() {
   n.warm_until = steady_now_ns() + (n.expected > 0 ? kStartPatience_ns : 0);
   const int32_t workers = n.params.worker_count, more = n.params.max_frames * (n.context.sensor_count + 1);
   n.waiting.fetch_add(workers + more);
-  for (int32_t i = 0; i < workers; ++i) n.segment->try_put({nullptr, kHold, 0});
-  for (int32_t i = 0; i < more; ++i) n.segment->try_put({nullptr, kPass, 0});
+  try {
+    for (int32_t i = 0; i < workers; ++i) n.segment->try_put({nullptr, kHold, 0});
+    for (int32_t i = 0; i < more; ++i) n.segment->try_put({nullptr, kPass, 0});
+  } catch (...) {  // no memory, or no thread: nobody waits for the others
+    n.warm_until = 0;
+    throw;
+  }
   n.posted.store(true);
   // If a worker does not come, the others take its messages, after waiting for it. Without any worker nothing arrives.
   while (n.warmed.load(std::memory_order_acquire) < n.warm_messages() &&

@@ -108,7 +108,8 @@ bool EgoWindow::at(int64_t stamp_ns, EgoState& out, int64_t oldest_ns) const noe
 
 EgoBuffer::EgoBuffer(int32_t capacity, const Allocator& allocator)
     : capacity_(std::max(capacity, 2 * EgoWindow::kCapacity)) {
-  arena_.build_or_throw(allocator, [&](Carver& carver) { ring_ = carver.take<Entry>(std::size_t(capacity_)); });
+  arena_.build_or_throw(allocator,
+                        [&](Carver& carver) { ring_ = carver.take<SharedWords<Entry>>(std::size_t(capacity_)); });
 }
 
 // Largest step between stamps that counts as regular: two intervals, because one pose may be lost.
@@ -127,7 +128,7 @@ void EgoBuffer::append(const EgoPose& pose, bool begins_run) noexcept {
     interval_ns_ = std::min(std::max(step_ns, interval_ns_ - interval_ns_ / 8), kMaxGapNs);
   }
   last_stamp_ns_ = pose.stamp_ns;
-  ring_[n % capacity_] = {pose, run_};
+  ring_[n % capacity_].store({pose, run_});  // the reader of these words sees a count of n or more
   count_.store(n + 1, std::memory_order_release);
 }
 
@@ -188,10 +189,15 @@ EgoRange EgoBuffer::range() const noexcept {
   return range;
 }
 
+bool EgoBuffer::read(int64_t index, EgoPose& pose) const noexcept {
+  pose = ring_[index % capacity_].load().pose;
+  return index >= oldest_whole();
+}
+
 // The producer may overwrite the oldest entries while the consumer reads. So the consumer skips a quarter of the ring
 // once the ring is full.
 int64_t EgoBuffer::oldest_safe(const EgoRange& range) const noexcept {
-  const int64_t pushed = count_.load(std::memory_order_acquire);
+  const int64_t pushed = horizon_ >= 0 ? horizon_ : count_.load(std::memory_order_acquire);
   return std::min(range.count, std::max(range.first, pushed - capacity_ + capacity_ / 4));
 }
 
@@ -216,25 +222,29 @@ int64_t EgoBuffer::gaps_after(const EgoRange& range, int64_t run) const noexcept
 
 void EgoBuffer::copy_window(const EgoRange& range, int64_t first_ns, int64_t last_ns,
                             EgoWindow& window) const noexcept {
+  constexpr int32_t kTries = 4;
   const int64_t count = range.count;
-  const auto pose = [&](int64_t i) -> const EgoPose& { return ring_[i % capacity_].pose; };
-  const int64_t oldest = oldest_safe(range);
-  const auto first_after = [&](int64_t stamp_ns, int64_t reach_ns) {  // first i with pose(i).stamp - stamp > reach
-    int64_t low = oldest, high = count;
-    while (low < high) {
-      const int64_t middle = low + (high - low) / 2;
-      if (difference_ns(pose(middle).stamp_ns, stamp_ns) > reach_ns) {
-        high = middle;
-      } else {
-        low = middle + 1;
+  for (int32_t k = 0; k < kTries; ++k) {
+    const int64_t oldest = oldest_safe(range);
+    const auto first_after = [&](int64_t stamp_ns, int64_t reach_ns) {  // first i with stamp_at(i) - stamp > reach
+      int64_t low = oldest, high = count;
+      while (low < high) {
+        const int64_t middle = low + (high - low) / 2;
+        if (difference_ns(stamp_at(middle), stamp_ns) > reach_ns) {
+          high = middle;
+        } else {
+          low = middle + 1;
+        }
       }
-    }
-    return low;
-  };
-  const int64_t last = std::min(count, first_after(last_ns, kReachNs) + 1);
-  const int64_t first = std::max({oldest, first_after(first_ns, -kReachNs) - 1, last - EgoWindow::kCapacity});
-  window.count = 0;
-  for (int64_t i = first; i < last; ++i) window.poses[window.count++] = pose(i);
+      return low;
+    };
+    const int64_t last = std::min(count, first_after(last_ns, kReachNs) + 1);
+    const int64_t first = std::max({oldest, first_after(first_ns, -kReachNs) - 1, last - EgoWindow::kCapacity});
+    window.count = 0;
+    for (int64_t i = first; i < last; ++i)
+      window.count = read(i, window.poses[window.count]) ? window.count + 1 : 0;  // nor are the older ones whole
+    if (oldest == count || oldest >= oldest_whole()) return;  // else the producer may have misled the search
+  }
 }
 
 }  // namespace overtake

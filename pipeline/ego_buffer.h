@@ -10,11 +10,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
 #include "core/arena.h"
 #include "pipeline/overtake.h"
+#include "pipeline/shared_words.h"
 
 namespace overtake {
 
@@ -71,12 +73,22 @@ class EgoBuffer {
   // Producer: number of waiting poses dropped since the last call.
   int32_t take_dropped() noexcept { return std::exchange(dropped_, 0); }
   EgoRange range() const noexcept;
+  // Replay. Consumer: from now on it reads as if the producer had pushed so many poses, so that no result depends on
+  // how far the producer is. Producer: it may push spare() more than the smallest number that the consumer may still
+  // set.
+  void set_horizon(int64_t count) noexcept { horizon_ = count; }
+  int64_t spare() const noexcept { return capacity_ / 4 - 2; }  // a push may append the pose that waited, too
   // Consumer: the first pose of the range that will not be overwritten soon; the count if there is none.
   int64_t oldest_safe(const EgoRange& range) const noexcept;
-  // Consumer: stamp of the pose with this index, valid from oldest_safe on. The pose's run begins at index run_at().
-  int64_t stamp_at(int64_t index) const noexcept { return ring_[index % capacity_].pose.stamp_ns; }
-  const EgoPose& pose_at(int64_t index) const noexcept { return ring_[index % capacity_].pose; }
-  int64_t run_at(int64_t index) const noexcept { return ring_[index % capacity_].run; }
+  // Consumer: the pose with this index; false if the producer overwrote it meanwhile.
+  bool read(int64_t index, EgoPose& pose) const noexcept;
+  // Consumer: its stamp, and the index at which its run begins. Of a later pose if the producer overwrote it.
+  int64_t stamp_at(int64_t index) const noexcept {
+    return int64_t(ring_[index % capacity_].load_word(offsetof(Entry, pose) + offsetof(EgoPose, stamp_ns)));
+  }
+  int64_t run_at(int64_t index) const noexcept {
+    return std::min(int64_t(ring_[index % capacity_].load_word(offsetof(Entry, run))), index);
+  }
   // Consumer: index of the first pose of the first run after `run` in the range.
   int64_t first_run_after(const EgoRange& range, int64_t run) const noexcept;
   // Consumer: the steps of the stamps at the begins of these runs, in sum; INT64_MAX if one is no longer known.
@@ -91,13 +103,16 @@ class EgoBuffer {
     EgoPose pose;
     int64_t run;
   };
+  // Index of the oldest pose that the producer has not begun to overwrite.
+  int64_t oldest_whole() const noexcept { return count_.load(std::memory_order_acquire) - capacity_ + 1; }
   int64_t rhythm_ns() const noexcept;
   void append(const EgoPose& pose, bool begins_run) noexcept;
   void drop_waiting() noexcept;
 
   Arena arena_;
-  Entry* ring_ = nullptr;
+  SharedWords<Entry>* ring_ = nullptr;
   int64_t capacity_;
+  int64_t horizon_ = -1;  // the consumer's; -1: all that were pushed
   std::atomic<int64_t> count_{0};
   std::atomic<int64_t> first_{0};  // earlier poses belong to a clock before a jump
   std::atomic<int64_t> refused_{0};

@@ -299,6 +299,9 @@ ovt_status ovt_push_detections(ovt_detector* detector, const ovt_external_detect
   if (d.count < 0 || (d.count > 0 && (!d.x_m || !d.y_m))) return OVT_BAD_ARGUMENT;
   if (d.reference != OVT_REFERENCE_VEHICLE && d.reference != OVT_REFERENCE_MAP) return OVT_BAD_ARGUMENT;
   if ((d.var_x == nullptr) != (d.var_y == nullptr)) return OVT_BAD_ARGUMENT;
+  for (const double* column :
+       {d.x_m, d.y_m, d.heading_rad, d.var_x, d.var_y, d.cov_xy, d.length_m, d.width_m, d.height_m, d.score})
+    if (d.count > 0 && reinterpret_cast<uintptr_t>(column) % alignof(double) != 0) return OVT_BAD_ARGUMENT;
   return guard(detector, [&] { return cpp(detector).push_detections(d); });
 }
 

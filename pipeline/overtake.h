@@ -271,7 +271,9 @@ typedef struct ovt_map_def {
 OVT_API ovt_status ovt_map_def_init(ovt_map_def* def, size_t struct_size);
 
 typedef enum ovt_push_policy {
-  OVT_PUSH_REPLACE = 0,   /* live: the newest scan replaces a pending one; the producer never blocks */
+  OVT_PUSH_REPLACE = 0,   /* live: the newest scan replaces a pending one. The producer does not wait for the library's
+                             threads; only for another caller that closes this sensor's open scan in pieces at that
+                             moment: some microseconds, if that thread keeps its CPU */
   OVT_PUSH_WAIT = 1       /* replay: a push waits until there is room; no scan is replaced */
 } ovt_push_policy;
 
@@ -293,16 +295,17 @@ typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 /* Logs one sentence per call, on the thread where the event happens: several threads may call it at the same time. It
  * calls no function of the detector. Logs create-time information (ISA, workers, refused requests), and later each
- * exception of a stage, the first refused call (and of each sensor the first one of two producers) and that frames
- * hang. Events of scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
+ * exception of a stage or of on_frame, the first refused call (and of each sensor the first one of two producers) and
+ * that frames hang. Events of scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished the frame: with
  * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library, or the
  * one that calls ovt_destroy_detector. The tracks of the next frame wait for on_frame, and other readers see the frame
  * only afterwards. The reader is valid during the call only and is positioned at that frame. From on_frame call only
  * ovt_read_...(reader) and ovt_set_path_horizon: ovt_push_scan, ovt_push_points, ovt_end_scan, ovt_push_detections,
- * ovt_advance and ovt_flush of the same detector return OVT_WRONG_THREAD, and ovt_destroy_detector would wait for
- * itself. */
+ * ovt_advance and ovt_flush of the same detector return OVT_WRONG_THREAD, also in the on_frame of another detector that
+ * is called from this one, and ovt_destroy_detector would wait for itself. on_frame may use oneTBB; its thread runs no
+ * stage of the detector meanwhile. */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you need. Create copies everything. */
@@ -398,7 +401,10 @@ OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* What create granted of the def's requests. worker_count is smaller than requested when something else in the process
- * limits the threads of the task scheduler. When no thread is left, create fails with OVT_NO_THREADS. */
+ * limits the threads of the task scheduler. When no thread is left, create fails with OVT_NO_THREADS. A
+ * tbb::global_control of max_allowed_parallelism that the process makes after create takes workers away. With 1 no
+ * frame ends while it exists, and calls that wait for frames do not return: ovt_flush, ovt_destroy_detector, pushes
+ * with OVT_PUSH_WAIT. */
 typedef struct ovt_runtime_info {
   const char* isa;
   int32_t worker_count;
@@ -559,6 +565,8 @@ OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
  * use the earlier poses, which become stale, and set OVT_SUSPECT_EGO. OVT_BAD_ARGUMENT, and the pose is not used, for
  * values that no car's pose has: x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate
  * beyond 100 rad/s, NaN.
+ * With OVT_PUSH_WAIT and workers it waits for the scans that were pushed before, if it would overwrite poses that they
+ * use: so the poses of a frame do not depend on worker_count, if one thread pushes poses and scans.
  * Preset best: roll and pitch both 0 mean that nothing measured them (a localisation in the plane). Such a pose tells
  * no heights of the road, and on the circuit of a map with banking it gets the attitude of a vehicle on the bank. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
@@ -570,14 +578,14 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
  * come later are inserted (OVT_FLAG_OUT_OF_SEQUENCE) and still share a frame. Detections that are 3 periods newer than
  * the first stamp of the open frame close it. Without an ego pose, rows in the map (reference) are lost once scans are
  * tracked in the vehicle frame (ovt_stats.measurements_lost): the first scan ends the tracks of such rows.
- * Columns of `count`; all but x and y may be null, or NaN per row, but var_x and var_y go together (one without the
- * other: OVT_BAD_ARGUMENT); without cov_xy the variances are independent. Rows that still wait from an earlier push
- * follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY, external_dropped. While a sensor delivers
- * good stamps, detections never move the clock. If their source began after all sensors had stopped, it becomes the
- * clock after 24 pushes, or when ovt_advance reports the sensors' silence. If detections are ahead of the
- * sensors by more than frame.tolerance_s plus frame.period_s, they are held until the sensors come near them. They are
- * dropped (OVT_SUSPECT_DETECTIONS) when the sensors advance by more than that and are still behind, when more than
- * eight pushes wait, or at ovt_flush. Without sensors, detections are the clock. */
+ * Columns of `count`, aligned as doubles (else OVT_BAD_ARGUMENT); all but x and y may be null, or NaN per row, but
+ * var_x and var_y go together (one without the other: OVT_BAD_ARGUMENT); without cov_xy the variances are independent.
+ * Rows that still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
+ * external_dropped. While a sensor delivers good stamps, detections never move the clock. If their source began after
+ * all sensors had stopped, it becomes the clock after 24 pushes, or when ovt_advance reports the sensors' silence. If
+ * detections are ahead of the sensors by more than frame.tolerance_s plus frame.period_s, they are held until the
+ * sensors come near them. They are dropped (OVT_SUSPECT_DETECTIONS) when the sensors advance by more than that and are
+ * still behind, when more than eight pushes wait, or at ovt_flush. Without sensors, detections are the clock. */
 typedef struct ovt_external_detections {
   size_t struct_size;
   int64_t stamp_ns;
@@ -597,8 +605,8 @@ OVT_API ovt_status ovt_push_detections(ovt_detector* detector, const ovt_externa
  * closes such a frame, too, so ovt_advance is needed only when all sensors may be silent. Works the same in replay and
  * live use: the library never reads a clock for this. now_ns is in the time of the sensors' stamps: in live use,
  * subtract the usual time from a scan's stamp to its push, or frames close before their last scans come. A call that
- * closes a frame predicts nothing. With several workers and OVT_PUSH_REPLACE it does not wait, and a later time may
- * replace this one. */
+ * closes a frame predicts nothing. The time is used after what was pushed before the call. With several workers and
+ * OVT_PUSH_REPLACE the call does not wait; if another one comes before this time is used, only the later time is. */
 OVT_API ovt_status ovt_advance(ovt_detector* detector, int64_t now_ns);
 /* Closes scans in pieces that are not ended (not one whose producer is in a call at that moment) and the open frame,
  * and returns when every pushed scan is finished. */

@@ -467,6 +467,11 @@ TEST_CASE("detector: other bad arguments get their status and change nothing") {
   CHECK(push([](auto& d) { d.y_m = nullptr; }) == OVT_BAD_ARGUMENT);
   CHECK(push([](auto& d) { d.reference = 2; }) == OVT_BAD_ARGUMENT);
   CHECK(push([](auto& d) { d.var_x = d.x_m; }) == OVT_BAD_ARGUMENT);
+  for (const double* ovt_external_detections::*column :
+       {&ovt_external_detections::x_m, &ovt_external_detections::heading_rad, &ovt_external_detections::score})
+    CHECK(push([&](auto& d) {  // not at the address of a double
+            d.*column = reinterpret_cast<const double*>(reinterpret_cast<const char*>(zeros) + 4);
+          }) == OVT_BAD_ARGUMENT);
   CHECK(small.stats().frames == 0);
   CHECK(push([](auto&) {}) == OVT_OK);
   CHECK(small.stats().frames == 1);

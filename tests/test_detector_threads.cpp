@@ -12,14 +12,17 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <iterator>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "pipeline/detector.h"
 #include "tests/support/detector_bench.h"
+#include "tests/support/one_sensor_detector.h"
 
 using namespace overtake::test;
 using overtake::HookPoint;
@@ -534,4 +537,149 @@ TEST_CASE("detector threads: flush returns while frames take longer than their s
   CHECK_FALSE(gave_up.load());
   returned.store(true);
   for (std::thread& producer : producers) producer.join();
+}
+
+TEST_CASE("detector threads: a later ovt_advance replaces an earlier one as a whole") {
+  DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
+  bench.create();
+  auto& detector = *reinterpret_cast<overtake::Detector*>(bench.detector);
+  Meeting meeting(detector);
+  const int64_t stamp_ns = demo_frame(0).stamp_ns;
+  const auto advance = [&](int64_t ms) { REQUIRE(ovt_advance(bench.detector, stamp_ns + ms * 1'000'000) == OVT_OK); };
+  SUBCASE("what is pushed between them comes before the later one") {
+    REQUIRE(bench.push_scan(0, 0) == OVT_OK);  // opens a frame that waits for the other sensors
+    while (bench.stats().used < 1) std::this_thread::yield();
+    meeting.armed.store(true);
+    advance(10);
+    while (!meeting.looked.load()) std::this_thread::yield();
+    REQUIRE(bench.push_scan(0, 1) == OVT_OK);
+    advance(100);
+    meeting.go_on.store(true);
+    bench.flush();
+    REQUIRE(bench.records.size() >= 1);
+    CHECK(bench.records[0].info.sensor_mask == 3);
+  }
+  SUBCASE("its time is used once") {
+    bench.push_frame(0);
+    bench.flush();
+    meeting.armed.store(true);
+    advance(10);
+    while (!meeting.looked.load()) std::this_thread::yield();
+    advance(200);
+    meeting.go_on.store(true);
+    bench.flush();
+    CHECK(bench.records.size() == 2);
+  }
+}
+
+TEST_CASE("detector threads: a call that another detector's on_frame makes from on_frame is refused, too") {
+  DetectorBench outer({.workers = 2, .push_policy = OVT_PUSH_REPLACE, .record = false});
+  DetectorBench inner({.workers = 1, .record = false});
+  struct Calls {
+    DetectorBench *outer, *inner;
+    ovt_status push = OVT_INTERNAL, advance = OVT_INTERNAL;
+  } calls{&outer, &inner};
+  outer.def.user = inner.def.user = &calls;
+  outer.def.on_frame = [](ovt_reader*, void* user) {
+    auto& c = *static_cast<Calls*>(user);
+    c.push = c.inner->push_scan(0, 0);
+    ovt_flush(c.inner->detector);
+  };
+  inner.def.on_frame = [](ovt_reader*, void* user) {
+    auto& c = *static_cast<Calls*>(user);
+    c.advance = ovt_advance(c.outer->detector, 0);  // ovt_flush would wait for the outer on_frame
+  };
+  (void)demo_frame(0);
+  inner.create();
+  outer.create();
+  outer.push_frame(0);
+  outer.flush();
+  CHECK(calls.push == OVT_OK);
+  CHECK(calls.advance == OVT_WRONG_THREAD);
+  CHECK(outer.stats().refused == 1);
+}
+
+namespace {
+thread_local bool is_in_on_frame = false;
+}
+
+TEST_CASE("detector threads: an on_frame that waits for tasks of its own runs no stage meanwhile") {
+  DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE, .record = false});
+  struct Scene {
+    std::atomic<bool> began{false}, pushed{false}, is_nested{false}, first{true};
+  } scene;
+  bench.def.user = &scene;
+  bench.def.on_frame = [](ovt_reader*, void* user) {
+    auto& s = *static_cast<Scene*>(user);
+    if (!s.first.exchange(false)) return;
+    is_in_on_frame = true;
+    const auto patience = [] { return std::chrono::steady_clock::now() + std::chrono::seconds(5); };
+    oneapi::tbb::task_group group;
+    group.run([&s, patience] {
+      s.began.store(true);
+      for (const auto end = patience(); !s.pushed.load() && std::chrono::steady_clock::now() < end;)
+        std::this_thread::yield();
+      for (const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
+           !s.is_nested.load() && std::chrono::steady_clock::now() < end;)
+        std::this_thread::yield();
+    });
+    for (const auto end = patience(); !s.began.load() && std::chrono::steady_clock::now() < end;)
+      std::this_thread::yield();  // the other worker takes the task
+    group.wait();
+    is_in_on_frame = false;
+  };
+  (void)demo_frame(1);
+  bench.create();
+  reinterpret_cast<overtake::Detector*>(bench.detector)
+      ->set_hook(TestHook{[](void* user, HookPoint at, overtake::Frame&, int32_t) {
+                            if (at == HookPoint::kSegment && is_in_on_frame)
+                              static_cast<Scene*>(user)->is_nested.store(true);
+                          },
+                          &scene});
+  bench.push_frame(0);
+  while (!scene.began.load()) std::this_thread::yield();
+  REQUIRE(bench.push_scan(1, 0) == OVT_OK);
+  scene.pushed.store(true);
+  bench.flush();
+  CHECK_FALSE(scene.is_nested.load());
+  CHECK(bench.stats().frames == 2);
+  bench.destroy();
+}
+
+TEST_CASE("detector threads: a replay uses the same ego poses with any worker_count, however many lie between scans") {
+  for (const int32_t between : {50, 250, 400, 900}) {
+    std::vector<std::vector<double>> places;
+    for (const int32_t workers : {1, 2, 3}) {
+      Small small(1, workers);
+      std::vector<double> x_m;
+      small.def.user = &x_m;
+      small.def.on_frame = [](ovt_reader* reader, void* user) {
+        ovt_frame_info info;
+        ovt_read_info(reader, &info);
+        static_cast<std::vector<double>*>(user)->push_back(info.ego_known ? info.ego_x_m : -1);
+      };
+      small.create();
+      const Posts posts(1);
+      int64_t stamp_ns = 0;
+      for (int32_t k = 0; k < 40; ++k) {
+        for (int32_t i = 0; i < between; ++i) {
+          ovt_ego_pose pose;
+          REQUIRE(ovt_ego_pose_init(&pose, sizeof pose) == OVT_OK);
+          pose.stamp_ns = stamp_ns += 1'000'000;
+          pose.x_m = double(stamp_ns) * 50e-9;
+          pose.speed_mps = 50;
+          REQUIRE(ovt_push_ego_pose(small.detector, &pose) == OVT_OK);
+        }
+        const ovt_points points = posts.points(stamp_ns);
+        REQUIRE(ovt_push_scan(small.detector, &points) == OVT_OK);
+      }
+      REQUIRE(ovt_flush(small.detector) == OVT_OK);
+      places.push_back(x_m);
+      ovt_destroy_detector(std::exchange(small.detector, nullptr));
+    }
+    CAPTURE(between);
+    CHECK(places[0].size() >= 39);
+    CHECK(places[1] == places[0]);
+    CHECK(places[2] == places[0]);
+  }
 }

@@ -6,7 +6,10 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 using namespace overtake;
 
@@ -267,4 +270,52 @@ TEST_CASE("ego_buffer: a wrong first pose is dropped after three consistent ones
   for (int64_t k = 2; k < 60; ++k) CHECK(buffer.push(pose_at(kToday + k * 10 * kMs)) == OVT_OK);
   CHECK(buffer.range().first == 1);
   CHECK(buffer.range().count == 59);
+}
+
+TEST_CASE("ego: a pose that the producer may be overwriting is not read") {
+  EgoBuffer buffer(512);
+  for (int64_t i = 0; i < 5000; ++i) REQUIRE(buffer.push(pose_at(i * kMs, double(i))) == OVT_OK);
+  EgoPose pose;
+  CHECK(buffer.read(4999, pose));
+  CHECK(pose.x_m == 4999);
+  CHECK(buffer.read(5000 - 511, pose));
+  CHECK(pose.x_m == 5000 - 511);
+  CHECK_FALSE(buffer.read(5000 - 512, pose));  // the next pose takes its place
+}
+
+TEST_CASE("ego: windows contain whole poses in order, however fast the producer is") {
+  EgoBuffer buffer(1024);
+  std::atomic<bool> stop{false};
+  std::thread producer([&] {
+    for (int64_t i = 0; !stop.load(std::memory_order_relaxed); ++i) {
+      EgoPose pose = pose_at(i * kMs, double(i), double(i));
+      pose.z_m = pose.speed_mps = double(i);
+      buffer.push(pose);
+    }
+  });
+  EgoWindow window;
+  int64_t wrong = 0;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(300);
+  while (std::chrono::steady_clock::now() < end) {
+    const EgoRange range = buffer.range();
+    const int64_t at_ns = (range.count - 650) * kMs;  // near the oldest that are safe
+    buffer.copy_window(range, at_ns, at_ns, window);
+    for (int32_t k = 0; k < window.count; ++k) {
+      const EgoPose& p = window.poses[k];
+      const bool whole = p.x_m == p.y_m && p.x_m == p.z_m && p.x_m == p.speed_mps && p.x_m * 1e6 == double(p.stamp_ns);
+      wrong += !whole || (k > 0 && p.stamp_ns <= window.poses[k - 1].stamp_ns);
+    }
+  }
+  stop.store(true);
+  producer.join();
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("ego: in a replay the oldest pose that is used does not depend on how far the producer is") {
+  EgoBuffer buffer(512);
+  for (int64_t i = 0; i < 700; ++i) REQUIRE(buffer.push(pose_at(i * kMs, double(i))) == OVT_OK);
+  const EgoRange range{0, 600};
+  CHECK(buffer.oldest_safe(range) == 700 - 512 + 128);
+  buffer.set_horizon(600);  // when the scan was pushed
+  CHECK(buffer.oldest_safe(range) == 600 - 512 + 128);
 }

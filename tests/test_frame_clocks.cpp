@@ -500,3 +500,11 @@ TEST_CASE("frame_assembler: stamps at both ends of int64 work") {
   CHECK(bench.assembler.advance(INT64_MAX));
   bench.assembler.flush();
 }
+
+TEST_CASE("frame_assembler: a step back by half of int64 is no interval of a slow source") {
+  AssemblerBench bench(1);
+  CHECK(bench.scan_ns(0, 4'000'000'000'000'000'000) == IntakeResult::kUsed);
+  const int64_t back_ns = 4'000'000'000'000'000'000 + INT64_MIN / 2 - 1, slow_ns = 5 * kSecond;
+  for (int64_t k = 0; k < 3; ++k) CHECK(bench.scan_ns(0, back_ns + k * slow_ns) == IntakeResult::kLate);
+  CHECK(bench.scan_ns(0, back_ns + 3 * slow_ns) == IntakeResult::kUsed);  // the third of equal steps
+}

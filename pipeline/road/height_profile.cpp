@@ -235,8 +235,10 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
 
 void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int64_t stamp_ns, RoadData& road) noexcept {
   for (int64_t i = std::max(learned_, poses.oldest_safe(range)); i < range.count; ++i) {
-    way_.add(poses.pose_at(i));
-    if (map_) learn(poses.pose_at(i));
+    EgoPose pose;
+    if (!poses.read(i, pose)) continue;
+    way_.add(pose);
+    if (map_) learn(pose);
   }
   learned_ = std::max(learned_, range.count);
   poses.copy_window(without_later_runs(poses, range, stamp_ns), stamp_ns, stamp_ns, window_);
