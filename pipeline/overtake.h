@@ -304,8 +304,8 @@ typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
  * only afterwards. The reader is valid during the call only and is positioned at that frame. From on_frame call only
  * ovt_read_...(reader) and ovt_set_path_horizon: ovt_push_scan, ovt_push_points, ovt_end_scan, ovt_push_detections,
  * ovt_advance and ovt_flush of the same detector return OVT_WRONG_THREAD, also in the on_frame of another detector that
- * is called from this one, and ovt_destroy_detector would wait for itself. on_frame may use oneTBB; its thread runs no
- * stage of the detector meanwhile. */
+ * is called from this one, and ovt_destroy_detector would wait for itself. on_frame may use the process's task
+ * scheduler; its thread runs no stage of the detector meanwhile. */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you need. Create copies everything. */
@@ -401,10 +401,9 @@ OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* What create granted of the def's requests. worker_count is smaller than requested when something else in the process
- * limits the threads of the task scheduler. When no thread is left, create fails with OVT_NO_THREADS. A
- * tbb::global_control of max_allowed_parallelism that the process makes after create takes workers away. With 1 no
- * frame ends while it exists, and calls that wait for frames do not return: ovt_flush, ovt_destroy_detector, pushes
- * with OVT_PUSH_WAIT. */
+ * limits the threads of the task scheduler. When no thread is left, create fails with OVT_NO_THREADS. A limit that the
+ * process sets after create takes workers away. If none is left, no frame ends while the limit exists, and calls that
+ * wait for frames do not return: ovt_flush, ovt_destroy_detector, pushes with OVT_PUSH_WAIT. */
 typedef struct ovt_runtime_info {
   const char* isa;
   int32_t worker_count;

@@ -14,6 +14,7 @@ namespace overtake {
 namespace {
 
 constexpr double kRecent_s = 0.3;                            // a track was seen lately
+constexpr double kOwns_s = 0.21;                             // a car may leave its track: then it has a new one
 constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in the second so many a car hit two of its
                                                              // tracks, in the third so many none of them
 constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
@@ -65,7 +66,7 @@ void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it)
     if (!tracks.head[slot].alive) continue;
     grid_.add(slot, place_[slot]);
     const State& s = tracks.state[slot];
-    if (is_confirmed(s) && s.visibility == Visibility::kSeen) owners_[owner_count_++] = slot;
+    if (is_confirmed(s) && s.unseen_s <= kOwns_s) owners_[owner_count_++] = slot;
   }
 }
 
