@@ -235,7 +235,8 @@ void Detector::watch_frames() {
 }
 
 // Drains the mailboxes until a full pass finds nothing. Only then is the smallest pending stamp guaranteed to be the
-// oldest one pushed. A pass finds something each time while producers push faster than it ends: the work must go on.
+// oldest one pushed. While producers push faster than a pass ends, each pass finds something: the work goes on after a
+// few.
 void Detector::gather() {
   const auto take = [&](int32_t sensor, auto& box, std::atomic<int64_t>& dropped) {
     if (box.pending() && push_waits_) return false;

@@ -112,58 +112,6 @@ TEST_CASE(
   CHECK(free.off_m > 2.5);
 }
 
-TEST_CASE("lane tracker: the heading of a car that spins is measured, its course goes on") {
-  LaneBench bench;
-  constexpr double kSpin_rps = 3.0;
-  double heading = 0;
-  for (int32_t k = 0; k < 60; ++k) {
-    bench.ego_at(30 * kFrame_s * k - 20);
-    Measurement z = seen_car(30 * kFrame_s * k, 0, k);
-    if (k >= 20) {
-      heading = kSpin_rps * kFrame_s * (k - 20);
-      z.heading_rad = wrap_angle(k % 3 == 0 ? heading : heading + kPi);  // a rectangle has no front
-      z.free_heading = 1;
-    }
-    bench.step(k, {z});
-    if (k == 19) CHECK(bench.rows.heading_rad[0] == bench.rows.course_rad[0]);
-    if (k >= 30) CHECK(std::fabs(wrap_angle(bench.rows.heading_rad[0] - heading)) < 0.15);
-  }
-  CHECK(std::fabs(bench.rows.course_rad[0]) < 0.03);
-  CHECK(bench.rows.speed_mps[0] == doctest::Approx(30).epsilon(0.03));
-}
-
-TEST_CASE("lane tracker: three fronts in a row that point the other way turn a car round, and it stays so") {
-  constexpr double kSpeed = 20;
-  struct Step {
-    int32_t frames;
-    double heading_deg;
-    int32_t front;  // of the detections
-  };
-  // The heading after the steps, deg. The car drives along x.
-  const auto heading_after = [](const std::vector<Step>& steps) {
-    LaneBench bench;
-    int32_t k = 0;
-    for (const Step& step : steps)
-      for (int32_t i = 0; i < step.frames; ++i, ++k) {
-        bench.ego_at(kSpeed * kFrame_s * k - 20);
-        Measurement z = seen_car(kSpeed * kFrame_s * k, 0, k);
-        z.heading_rad = wrap_angle(step.heading_deg * kPi / 180), z.front = step.front;
-        bench.step(k, {z});
-      }
-    return std::fabs(bench.rows.heading_rad[0]) * 180 / kPi;
-  };
-  CHECK(heading_after({{10, 0, 0}, {2, 180, 1}}) < 10);
-  CHECK(heading_after({{10, 0, 0}, {3, 180, 1}}) > 170);
-  CHECK(heading_after({{10, 0, 0}, {3, 0, -1}}) > 170);
-  CHECK(heading_after({{10, 0, 0}, {8, 180, -1}}) < 10);
-  // One that points forward takes one back, and so does one without a front.
-  CHECK(heading_after({{10, 0, 0}, {2, 180, 1}, {1, 0, 1}, {1, 180, 1}}) < 10);
-  CHECK(heading_after({{10, 0, 0}, {2, 180, 1}, {1, 0, 0}, {1, 180, 1}}) < 10);
-  CHECK(heading_after({{10, 0, 0}, {3, 180, 1}, {20, 0, 0}}) > 170);  // its course does not turn it
-  CHECK(heading_after({{10, 0, 0}, {3, 180, 1}, {3, 0, 1}, {20, 0, 0}}) < 10);
-  CHECK(heading_after({{10, 0, 0}, {8, 170, 1}}) > 170);
-}
-
 TEST_CASE("lane tracker: places that jump across turn no course, a car that leaves its course does") {
   constexpr double kRadius = 3000;
   const test::CircleRoad ring = make_ring(kRadius);
@@ -189,144 +137,6 @@ TEST_CASE("lane tracker: places that jump across turn no course, a car that leav
   };
   CHECK(course_error(1.0, 0, 0.09) < 2.0);  // far away: three standard deviations
   CHECK(course_error(0, 0.5, 0.01) < 9.0);  // near
-}
-
-TEST_CASE("lane tracker: braking is noticed") {
-  constexpr double kRadius = 3000;
-  const test::CircleRoad ring = make_ring(kRadius);
-  const auto speed_error = [&](double gain) {
-    TrackerParams params = LaneBench::of_best();
-    params.lane.manoeuvre_gain = gain;
-    LaneBench bench(&ring.map, params);
-    double way_m = 0, v_mps = 70, worst = 0;
-    for (int32_t k = 0; k < 60; ++k) {
-      if (k >= 30) v_mps -= 18 * kFrame_s;
-      const Place at = on_ring(kRadius, way_m), ego = on_ring(kRadius, way_m - 40);
-      bench.input.ego = {true, ego.x_m, ego.y_m, (way_m - 40) / kRadius, 50};
-      bench.step(k, {seen_car(at.x_m, at.y_m, k)});
-      if (k >= 45) worst = std::max(worst, std::fabs(bench.rows.speed_mps[0] - v_mps));
-      way_m += v_mps * kFrame_s;
-    }
-    return worst;
-  };
-  CHECK(speed_error(10) < 2.5);
-  CHECK(speed_error(1) > 1.3 * speed_error(10));
-}
-
-namespace {
-
-// The speed of the track of a car that drives along x at 50 m/s and from frame 30 on changes its speed, less that of
-// the car, in the last of `frames` frames. The car is not seen from frame `hidden` on.
-double late_by(LaneBench& bench, double accel_mps2, int32_t frames, int32_t hidden = INT32_MAX) {
-  double x_m = 0, v_mps = 50, late_mps = 0;
-  for (int32_t k = 0; k < frames; ++k) {
-    bench.ego_at(x_m - 30);
-    bench.step(k, k < hidden ? std::vector{seen_car(x_m, 0, k)} : std::vector<Measurement>{});
-    REQUIRE(bench.rows.count == 1);
-    late_mps = bench.rows.speed_mps[0] - v_mps;
-    x_m += v_mps * kFrame_s;
-    if (k >= 30) v_mps += accel_mps2 * kFrame_s;
-  }
-  return late_mps;
-}
-
-}  // namespace
-
-TEST_CASE("lane tracker: the speed of a car that accelerates or brakes is not late by much, and its track knows why") {
-  for (const double accel_mps2 : {-3.0, 3.0}) {
-    CAPTURE(accel_mps2);
-    const test::CircleRoad road = make_ring(1e6);
-    LaneBench bench(&road.map);
-    CHECK(std::fabs(late_by(bench, accel_mps2, 70)) < 0.65);
-    CHECK(bench.state().estimate.accel_mps2 / accel_mps2 > 0.25);
-    CHECK(bench.state().estimate.accel_mps2 / accel_mps2 < 1.25);
-  }
-}
-
-TEST_CASE("lane tracker: the acceleration of a car that is not seen ends soon, and a slow or new car has none") {
-  const test::CircleRoad road = make_ring(1e6);
-  LaneBench bench(&road.map);
-  late_by(bench, -3, 70);
-  const double before_mps = bench.rows.speed_mps[0];
-  LaneBench hidden(&road.map);
-  late_by(hidden, -3, 90, 70);
-  CHECK(hidden.rows.speed_mps[0] < before_mps);
-  CHECK(hidden.rows.speed_mps[0] > before_mps - 0.6);
-  CHECK(std::fabs(hidden.state().estimate.accel_mps2) < 0.05);
-
-  LaneBench young(&road.map);
-  late_by(young, 3, 4);
-  CHECK(young.state().estimate.accel_mps2 == 0);
-  CHECK(young.state().estimate.accel_var == 0);
-  LaneBench slow(&road.map);
-  for (int32_t k = 0; k < 40; ++k) {
-    slow.ego_at(-30);
-    slow.step(k, {seen_car(0.1 * k, 0, k)});
-  }
-  REQUIRE(slow.rows.count == 1);
-  CHECK(slow.state().estimate.accel_mps2 == 0);
-  CHECK(slow.state().estimate.accel_var == 0);
-}
-
-TEST_CASE("lane tracker: a slow car on its lane changes its speed faster than a fast one, a standing one does not") {
-  constexpr double kRadius = 2000;
-  const test::CircleRoad ring = make_ring(kRadius);
-  const auto drive = [&](double speed_mps) {
-    LaneBench bench(&ring.map);
-    for (int32_t k = 0; k < 60; ++k) {
-      const Place at = on_ring(kRadius, speed_mps * kFrame_s * k);
-      bench.ego_at(at.x_m - 30);
-      bench.step(k, {seen_car(at.x_m, at.y_m, k)});
-    }
-    REQUIRE(bench.rows.count == 1);
-    return bench.state().estimate;
-  };
-  const LaneEstimate slow = drive(15), fast = drive(40), standing = drive(0.5);
-  CHECK(slow.covariance[2][2] > 1.5 * fast.covariance[2][2]);
-  CHECK(standing.covariance[2][2] < 1.1 * fast.covariance[2][2]);
-  // Its acceleration changes faster and lasts longer: each alone gives about twice the variance.
-  CHECK(slow.accel_var > 2.5 * fast.accel_var);
-}
-
-TEST_CASE("lane tracker: a car that stands is confirmed far away, and stays where it is while hidden") {
-  const test::CircleRoad ring = make_ring(3000);
-  LaneBench bench(&ring.map);
-  bench.input.ego.speed_mps = 80;
-  std::mt19937_64 random(9);
-  std::normal_distribution<double> noise(0.0, 0.3);
-  double confirmed_m = 0;
-  for (int32_t k = 0; k < 40; ++k) {
-    bench.ego_at(80 * kFrame_s * k - 160);
-    Measurement z = seen_car(noise(random), noise(random), k);
-    z.var_x = z.var_y = 0.09, z.points = 6, z.width_m = 1.7;
-    bench.step(k, k < 25 ? std::vector{z} : std::vector<Measurement>{});
-    if (confirmed_m == 0 && bench.is_confirmed()) confirmed_m = 160 - 80 * kFrame_s * k;
-  }
-  CHECK(confirmed_m > 110);
-  CHECK(bench.rows.speed_mps[0] < 1.0);
-  CHECK(std::hypot(bench.rows.x_m[0], bench.rows.y_m[0]) < 1.0);
-}
-
-TEST_CASE("lane tracker: the ego vehicle stands, and a car that passes at any speed and rate has a track") {
-  const test::CircleRoad ring = make_ring(1e5);
-  for (const CircuitMap* map : {static_cast<const CircuitMap*>(nullptr), &ring.map})
-    for (const int32_t frames : {1, 2})  // 20 and 10 Hz
-      for (const double ego_mps : {0.0, 15.0})
-        for (const double car_mps : {20.0, 40.0, 60.0, 85.0}) {
-          CAPTURE((map != nullptr));
-          CAPTURE(frames);
-          CAPTURE(ego_mps);
-          CAPTURE(car_mps);
-          LaneBench bench(map);
-          bench.input.ego.speed_mps = ego_mps;
-          for (int32_t k = 0; k < 40 * frames; k += frames) {
-            bench.ego_at(ego_mps * kFrame_s * k);
-            bench.step(k, {seen_car(car_mps * kFrame_s * k - 60, 3, k)});
-          }
-          REQUIRE(bench.confirmed() == 1);
-          CHECK(bench.rows.speed_mps[0] == doctest::Approx(car_mps).epsilon(0.02));
-          CHECK(bench.rows.count == 1);
-        }
 }
 
 TEST_CASE("lane tracker: frames in any order give the bytes of the sorted order, with map, losses and joins") {
@@ -528,24 +338,6 @@ TEST_CASE("lane tracker: a track of one row waits where it is, and its place spr
   CHECK(e.covariance[1][1] == doctest::Approx(e.covariance[0][0]).epsilon(1e-12));
 }
 
-TEST_CASE("lane tracker: a measurement that is older than the state adds no noise to the heading") {
-  const auto variance_after = [](int64_t late_ns) {
-    LaneBench bench;
-    for (int32_t k = 0; k < 12; ++k) {
-      bench.ego_at(50 * kFrame_s * k - 30);
-      Measurement z = seen_car(50 * kFrame_s * k, 0, k);
-      z.free_heading = true, z.heading_rad = 0;
-      bench.step(k, {z});
-    }
-    Measurement z = seen_car(50 * (kFrame_s * 11 - double(late_ns) * 1e-9), 0, 11);
-    z.stamp_ns -= late_ns;
-    z.heading_rad = kNotMeasured;
-    bench.step(11, {z});
-    return bench.state().heading_var;
-  };
-  CHECK(variance_after(40'000'000) == doctest::Approx(variance_after(0)).epsilon(1e-9));
-}
-
 TEST_CASE("lane tracker: in a hairpin of more than half a turn the yaw rate has the sign of the lane") {
   // Radius 12 m, 189 deg, between straights.
   static constexpr double kRadius = 12, kTurn = 3.3, kStraight = 200, kSpeed = 13;
@@ -606,36 +398,6 @@ TEST_CASE("lane tracker: beyond the end of an open line a car goes straight on, 
     if (k == 20) first = ids[0];
     if (!ids.empty() && k > 20) CHECK(ids[0] == first);
   }
-}
-
-TEST_CASE("lane tracker: a car that stands backwards after a spin and turns round has its heading again") {
-  LaneBench bench;
-  double x_m = 200, y_m = 0, heading = 0, speed = 0;
-  for (int32_t k = 0; k < 260; ++k) {
-    const double t_s = kFrame_s * k;
-    double course = 0;
-    int32_t front = 1;
-    if (t_s < 2)
-      speed = 20;
-    else if (t_s < 3)
-      heading = (t_s - 2) * kPi, speed = 20 - 6 * (t_s - 2);
-    else if (t_s < 4.5)
-      heading = kPi, speed = std::max(0.0, 14 - 9.4 * (t_s - 3));
-    else if (t_s < 5.5)
-      speed = 0, front = 0;
-    else if (t_s < 9.5)  // it turns at walking pace
-      speed = 3, heading = course = kPi - (t_s - 5.5) / 4 * kPi, front = 0;
-    else
-      speed = std::min(25.0, 3 + 6 * (t_s - 9.5)), heading = 0, front = 0;
-    x_m += speed * std::cos(course) * kFrame_s;
-    y_m += speed * std::sin(course) * kFrame_s;
-    bench.input.ego = {true, x_m - 25, y_m, 0, 10};
-    Measurement z = seen_car(x_m, y_m, k);
-    z.heading_rad = t_s > 9.7 ? 0 : wrap_angle(heading);
-    z.free_heading = t_s <= 9.7, z.front = front;
-    bench.step(k, {z});
-  }
-  CHECK(std::fabs(bench.state().heading_rad) < 0.3);
 }
 
 TEST_CASE("lane tracker: a car that is first seen while it drives across its lane keeps its track") {

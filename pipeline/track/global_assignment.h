@@ -10,11 +10,12 @@
 //   estimate(state, dt_s, ahead)    -> Estimate
 //   cost(estimate, z, cost)         false: outside of the policy's gate
 //   alone_cost(state, cost)         optional. True: the track may also stay without a measurement, at this cost
-//   doubt_m(state, dt_s)            optional: a larger gate distance for a state whose speed is not known
+//   doubt_mps(state)                optional: how much faster than predicted a car may be; widens the distance gate
 //   travel_m(state, dt_s)           upper limit of the distance between the state's place and the predicted one
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "pipeline/track/munkres.h"
@@ -60,7 +61,9 @@ class GlobalAssignment {
     if (it.count > 0)
       for (int32_t slot = 0; slot < tracks.slot_count; ++slot)
         if (tracks.head[slot].alive)
-          gate_track(policy, {it, tracks.head[slot], tracks.state[slot], slot, most_near}, effort);
+          gate_track(policy,
+                     {it, tracks.head[slot], tracks.state[slot], doubt_of(policy, tracks.state[slot]), slot, most_near},
+                     effort);
     munkres_.solve(measurement_of_slot, std::max(work_limit_ - effort.work, int64_t(0)));
     effort.work += munkres_.steps();
     effort.limited |= munkres_.was_limited();
@@ -90,6 +93,7 @@ class GlobalAssignment {
     const Iteration& it;
     const TrackHead& head;
     const State& state;
+    double doubt_mps;
     int32_t slot, most_near;
   };
 
@@ -125,16 +129,17 @@ class GlobalAssignment {
     bool asked_ = false;
   };
 
-  // The largest distance of a detection from the prediction after dt_s.
-  double gate_m(const Policy& policy, const State& state, double dt_s) const noexcept {
-    if constexpr (requires { policy.doubt_m(state, dt_s); })
-      return std::max(gate_m_, policy.doubt_m(state, dt_s));
+  static double doubt_of(const Policy& policy, const State& state) noexcept {
+    if constexpr (requires { policy.doubt_mps(state); })
+      return policy.doubt_mps(state);
     else
-      return gate_m_;
+      return 0.0;
   }
+  // The largest distance of a measurement from the track's prediction after dt_s.
+  double gate_m(const Gated& g, double dt_s) const noexcept { return std::max(gate_m_, g.doubt_mps * std::fabs(dt_s)); }
   // Square of the farthest distance from its state at which a track may match after dt_s.
-  double reach_m2(const Policy& policy, const State& state, double dt_s) const noexcept {
-    const double reach_m = (gate_m(policy, state, dt_s) + policy.travel_m(state, dt_s)) * (1.0 + 1e-9);
+  double reach_m2(const Policy& policy, const Gated& g, double dt_s) const noexcept {
+    const double reach_m = (gate_m(g, dt_s) + policy.travel_m(g.state, dt_s)) * (1.0 + 1e-9);
     return reach_m * reach_m;
   }
 
@@ -160,8 +165,8 @@ class GlobalAssignment {
   int32_t find_within_reach(const Policy& policy, const Gated& g) noexcept {
     const int32_t last = g.it.count - 1;
     const double most_m2 =
-        std::max(reach_m2(policy, g.state, seconds_between(g.head.state_ns, g.it.measurement[0].stamp_ns)),
-                 reach_m2(policy, g.state, seconds_between(g.head.state_ns, g.it.measurement[last].stamp_ns)));
+        std::max(reach_m2(policy, g, seconds_between(g.head.state_ns, g.it.measurement[0].stamp_ns)),
+                 reach_m2(policy, g, seconds_between(g.head.state_ns, g.it.measurement[last].stamp_ns)));
     const Place place = policy.place(g.state);
     int32_t count = 0;
     for (int32_t begin = 0; begin <= last; begin += kBlock) {
@@ -208,10 +213,10 @@ class GlobalAssignment {
       const Measurement& z = g.it.measurement[i];
       const double dt_s = seconds_between(g.head.state_ns, z.stamp_ns);
       if (dt_s < -kMaxBackward_s) continue;
-      if (!(distance_m2(place_of(z), here) <= reach_m2(policy, g.state, dt_s))) continue;
+      if (!(distance_m2(place_of(z), here) <= reach_m2(policy, g, dt_s))) continue;
 
       at_stamp.go_to(dt_s);
-      const double most_m = gate_m(policy, g.state, dt_s);
+      const double most_m = gate_m(g, dt_s);
       if (!(at_stamp.distance_to_m2(z) <= most_m * most_m)) continue;
       double cost;
       if (policy.cost(at_stamp.estimate(), z, cost)) munkres_.add(g.slot, i, cost);

@@ -13,19 +13,27 @@
 namespace overtake {
 namespace {
 
-constexpr double kRecent_s = 0.3;                            // a track was seen lately
-constexpr double kOwns_s = 0.21;                             // a car may leave its track: then it has a new one
+constexpr double kRecent_s = 0.3;  // a track was seen lately
+constexpr double kOwns_s = 0.21;   // a track that misses for longer has no parts: its car may have left it
 constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in the second so many a car hit two of its
                                                              // tracks, in the third so many none of them
 constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
 constexpr int32_t kLooks = 16;                                // iterations before the last hit
 constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
 constexpr double kApartSigmas2 = 9.0;  // of the difference of two velocities, over its variance: two cars
-constexpr double kSameSigmas = 1.5;    // of the offset of two tracks that were both seen just now: one car
+constexpr double kSameSigmas = 1.5;    // of the offset of two tracks that are both seen
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
 constexpr double kAgainAlong_m = 6.0, kAgainAlongRate = 4.0, kAgainAlongGrowth = 5.0, kAgainMost_m = 40.0;
 constexpr double kAgainAcross_m = 3.0, kAgainAcrossRate = 1.5, kAgainSpeed_mps = 8.0, kAgainSpeedRate = 8.0;
 constexpr double kAgainSpeedSigmas = 2.0;
+
+// How far (dx, dy) goes along a heading and across it.
+struct Axes {
+  explicit Axes(double heading_rad) { sin_cos_f64(heading_rad, sine, cosine); }
+  double along(double dx, double dy) const { return std::fabs(cosine * dx + sine * dy); }
+  double across(double dx, double dy) const { return std::fabs(cosine * dy - sine * dx); }
+  double sine, cosine;
+};
 
 // A place that moves with a car, after dt_s. Most rows have the iteration's stamp.
 Place straight_on(Place from, const MotionState& m, double dt_s) {
@@ -74,10 +82,8 @@ void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it)
 bool LanePolicy::is_same_place(const State& s, Place place, Place other, double share) const noexcept {
   const double dx = other.x_m - place.x_m, dy = other.y_m - place.y_m;
   if (dx * dx + dy * dy > lane_.length_m * lane_.length_m + lane_.width_m * lane_.width_m) return false;
-  double sine, cosine;
-  sin_cos_f64(s.heading_rad, sine, cosine);
-  return std::fabs(cosine * dx + sine * dy) < share * lane_.length_m &&
-         std::fabs(cosine * dy - sine * dx) < share * lane_.width_m;
+  const Axes axes(s.heading_rad);
+  return axes.along(dx, dy) < share * lane_.length_m && axes.across(dx, dy) < share * lane_.width_m;
 }
 
 // Whether the car of a lost track can be the one that was found: by the way along the lane, the offset across it, and
@@ -86,9 +92,8 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
                                double& distance_m) const noexcept {
   const Place at = place_[slot], from = place_[lost_slot];
   const double dx = at.x_m - from.x_m, dy = at.y_m - from.y_m;
-  double sine, cosine;
-  sin_cos_f64(lost.estimate.mean.course_rad, sine, cosine);
-  double along_m = std::fabs(cosine * dx + sine * dy), across_m = std::fabs(cosine * dy - sine * dx);
+  const Axes axes(lost.estimate.mean.course_rad);
+  double along_m = axes.along(dx, dy), across_m = axes.across(dx, dy);
   if (map_ && found.asks_map) {
     const MapProjection here = map_->project(at.x_m, at.y_m, found.segment);
     const MapProjection there = map_->project(from.x_m, from.y_m, lost.segment);
@@ -133,21 +138,20 @@ bool LanePolicy::pass_each_other(const State& a, const State& b) const noexcept 
   return dx * dx + dy * dy > kApartSigmas2 * variance;
 }
 
-// Whether two tracks at one place are certain to be one car's. Of two that were both seen just now, the offset must be
-// within the car for most of what it may be: two cars side by side are hardly farther apart than two parts of one.
+// Whether two confirmed tracks at one place are one car's. If both are seen in this iteration, their offset is within
+// the car also where it is kSameSigmas larger: two cars side by side are hardly farther apart than two parts of one.
 bool LanePolicy::is_one_car(const State& elder, Place elder_place, const State& s, Place place) const noexcept {
   if (pass_each_other(s, elder)) return false;
   if (s.visibility != Visibility::kSeen || elder.visibility != Visibility::kSeen) return true;
   const auto &p = s.estimate.covariance, &q = elder.estimate.covariance;
   const double xx = p[0][0] + q[0][0], xy = p[0][1] + q[0][1], yy = p[1][1] + q[1][1];
   const double dx = place.x_m - elder_place.x_m, dy = place.y_m - elder_place.y_m;
-  double sine, cosine;
-  sin_cos_f64(elder.heading_rad, sine, cosine);
-  const double cross = 2.0 * sine * cosine * xy;
-  const double along_m = std::sqrt(std::max(cosine * cosine * xx + sine * sine * yy + cross, 0.0));
-  const double across_m = std::sqrt(std::max(sine * sine * xx + cosine * cosine * yy - cross, 0.0));
-  return std::fabs(cosine * dx + sine * dy) + kSameSigmas * along_m < kSameConfirmed * lane_.length_m &&
-         std::fabs(cosine * dy - sine * dx) + kSameSigmas * across_m < kSameConfirmed * lane_.width_m;
+  const Axes axes(elder.heading_rad);
+  const double c2 = axes.cosine * axes.cosine, s2 = axes.sine * axes.sine, mixed = 2.0 * axes.sine * axes.cosine * xy;
+  const double along_sigma_m = std::sqrt(std::max(c2 * xx + s2 * yy + mixed, 0.0));
+  const double across_sigma_m = std::sqrt(std::max(s2 * xx + c2 * yy - mixed, 0.0));
+  return axes.along(dx, dy) + kSameSigmas * along_sigma_m < kSameConfirmed * lane_.length_m &&
+         axes.across(dx, dy) + kSameSigmas * across_sigma_m < kSameConfirmed * lane_.width_m;
 }
 
 // Whether `other` is an older track of the slot's car, and how far from it. A known car that is hidden, behind the car

@@ -49,7 +49,7 @@ constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostP
 constexpr double kSteadyAlong = 0.012, kSteadyAlongLag = 1.1, kSteadyAcross = 0.055, kSteadyAcrossLag = 1.0;
 constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag = 0.4;
 constexpr int32_t kSteadyHits = 5;                         // with fewer hits the state has not settled
-constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car is no faster, by so many deviations
+constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car of this speed is so many deviations off
 constexpr double kFaintGate_d2 = 9.0;
 constexpr double kAloneCost = 14.0;  // of a track that stays without a detection
 
@@ -237,10 +237,9 @@ LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noex
   return ahead;
 }
 
-// How far a car may have driven from its prediction because its speed is not known: at a low rate more than the gate's
-// distance.
-double LanePolicy::doubt_m(const State& s, double dt_s) const noexcept {
-  return kBirthSigmas * std::sqrt(s.estimate.covariance[2][2]) * std::fabs(dt_s);
+// A new car may be much faster than its track: at a low rate it drives farther than the gate from scan to scan.
+double LanePolicy::doubt_mps(const State& s) const noexcept {
+  return kBirthSigmas * std::sqrt(s.estimate.covariance[2][2]);
 }
 
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
@@ -429,8 +428,8 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   double sigma_v = params_.birth_sigma_v, sigma_phi = params_.birth_sigma_phi, sigma_omega = params_.birth_sigma_omega;
   if (it.ego.known) {
     mean.speed_mps = std::max(0.0, lane_.birth_speed_share * it.ego.speed_mps);
-    const double to_fastest = (kFastest_mps - mean.speed_mps) / kBirthSigmas;  // the ego vehicle may stand
-    sigma_v = std::max(to_fastest, lane_.birth_sigma_share * std::fabs(it.ego.speed_mps));
+    const double least_sigma = (kFastest_mps - mean.speed_mps) / kBirthSigmas;  // the ego vehicle may stand
+    sigma_v = std::max(least_sigma, lane_.birth_sigma_share * std::fabs(it.ego.speed_mps));
   }
   if (map_ && s.asks_map) {
     const MapProjection at = map_->project(z.x_m, z.y_m);

@@ -86,7 +86,7 @@ class LanePolicy {
   bool cost(const Estimate& e, const Measurement& z, double& cost) const noexcept;
   bool alone_cost(const State& s, double& cost) const noexcept;
   double travel_m(const State& s, double dt_s) const noexcept { return s.estimate.mean.speed_mps * std::fabs(dt_s); }
-  double doubt_m(const State& s, double dt_s) const noexcept;
+  double doubt_mps(const State& s) const noexcept;
 
  private:
   // lane_tracker.cpp

@@ -327,7 +327,8 @@ class lane_tracker_group:
     birth_speed_share: float
     """a new track's speed as a share of the ego speed (number, 0 to 10)"""
     birth_sigma_share: float
-    """standard deviation of that speed as a share of the ego speed, at least 10 m/s (number, 0 to 10)"""
+    """standard deviation of that speed as a share of the ego speed, at least a third of what it lacks to 90 m/s
+    (number, 0 to 10)"""
     birth_sigma_course_deg: float
     """standard deviation of a new track's course on the map (number, 0.01 to 360 deg)"""
     birth_sigma_yaw_rate: float

@@ -1,0 +1,160 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tracker of preset `best`: speeds of cars that brake, accelerate, stand, or pass a slow ego vehicle.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "core/math.h"
+#include "tests/support/lane_bench.h"
+
+namespace {
+
+using namespace overtake;
+using test::kFrame_s, test::LaneBench, test::ns_of, test::seen_car;
+using test::make_ring, test::on_ring;
+
+}  // namespace
+
+TEST_CASE("lane speed: braking is noticed") {
+  constexpr double kRadius = 3000;
+  const test::CircleRoad ring = make_ring(kRadius);
+  const auto speed_error = [&](double gain) {
+    TrackerParams params = LaneBench::of_best();
+    params.lane.manoeuvre_gain = gain;
+    LaneBench bench(&ring.map, params);
+    double way_m = 0, v_mps = 70, worst = 0;
+    for (int32_t k = 0; k < 60; ++k) {
+      if (k >= 30) v_mps -= 18 * kFrame_s;
+      const Place at = on_ring(kRadius, way_m), ego = on_ring(kRadius, way_m - 40);
+      bench.input.ego = {true, ego.x_m, ego.y_m, (way_m - 40) / kRadius, 50};
+      bench.step(k, {seen_car(at.x_m, at.y_m, k)});
+      if (k >= 45) worst = std::max(worst, std::fabs(bench.rows.speed_mps[0] - v_mps));
+      way_m += v_mps * kFrame_s;
+    }
+    return worst;
+  };
+  CHECK(speed_error(10) < 2.5);
+  CHECK(speed_error(1) > 1.3 * speed_error(10));
+}
+
+namespace {
+
+// The speed of the track of a car that drives along x at 50 m/s and from frame 30 on changes its speed, less that of
+// the car, in the last of `frames` frames. The car is not seen from frame `hidden` on.
+double late_by(LaneBench& bench, double accel_mps2, int32_t frames, int32_t hidden = INT32_MAX) {
+  double x_m = 0, v_mps = 50, late_mps = 0;
+  for (int32_t k = 0; k < frames; ++k) {
+    bench.ego_at(x_m - 30);
+    bench.step(k, k < hidden ? std::vector{seen_car(x_m, 0, k)} : std::vector<Measurement>{});
+    REQUIRE(bench.rows.count == 1);
+    late_mps = bench.rows.speed_mps[0] - v_mps;
+    x_m += v_mps * kFrame_s;
+    if (k >= 30) v_mps += accel_mps2 * kFrame_s;
+  }
+  return late_mps;
+}
+
+}  // namespace
+
+TEST_CASE("lane speed: the speed of a car that accelerates or brakes is not late by much, and its track knows why") {
+  for (const double accel_mps2 : {-3.0, 3.0}) {
+    CAPTURE(accel_mps2);
+    const test::CircleRoad road = make_ring(1e6);
+    LaneBench bench(&road.map);
+    CHECK(std::fabs(late_by(bench, accel_mps2, 70)) < 0.65);
+    CHECK(bench.state().estimate.accel_mps2 / accel_mps2 > 0.25);
+    CHECK(bench.state().estimate.accel_mps2 / accel_mps2 < 1.25);
+  }
+}
+
+TEST_CASE("lane speed: the acceleration of a car that is not seen ends soon, and a slow or new car has none") {
+  const test::CircleRoad road = make_ring(1e6);
+  LaneBench bench(&road.map);
+  late_by(bench, -3, 70);
+  const double before_mps = bench.rows.speed_mps[0];
+  LaneBench hidden(&road.map);
+  late_by(hidden, -3, 90, 70);
+  CHECK(hidden.rows.speed_mps[0] < before_mps);
+  CHECK(hidden.rows.speed_mps[0] > before_mps - 0.6);
+  CHECK(std::fabs(hidden.state().estimate.accel_mps2) < 0.05);
+
+  LaneBench young(&road.map);
+  late_by(young, 3, 4);
+  CHECK(young.state().estimate.accel_mps2 == 0);
+  CHECK(young.state().estimate.accel_var == 0);
+  LaneBench slow(&road.map);
+  for (int32_t k = 0; k < 40; ++k) {
+    slow.ego_at(-30);
+    slow.step(k, {seen_car(0.1 * k, 0, k)});
+  }
+  REQUIRE(slow.rows.count == 1);
+  CHECK(slow.state().estimate.accel_mps2 == 0);
+  CHECK(slow.state().estimate.accel_var == 0);
+}
+
+TEST_CASE("lane speed: a slow car on its lane changes its speed faster than a fast one, a standing one does not") {
+  constexpr double kRadius = 2000;
+  const test::CircleRoad ring = make_ring(kRadius);
+  const auto drive = [&](double speed_mps) {
+    LaneBench bench(&ring.map);
+    for (int32_t k = 0; k < 60; ++k) {
+      const Place at = on_ring(kRadius, speed_mps * kFrame_s * k);
+      bench.ego_at(at.x_m - 30);
+      bench.step(k, {seen_car(at.x_m, at.y_m, k)});
+    }
+    REQUIRE(bench.rows.count == 1);
+    return bench.state().estimate;
+  };
+  const LaneEstimate slow = drive(15), fast = drive(40), standing = drive(0.5);
+  CHECK(slow.covariance[2][2] > 1.5 * fast.covariance[2][2]);
+  CHECK(standing.covariance[2][2] < 1.1 * fast.covariance[2][2]);
+  // Its acceleration changes faster and lasts longer: each alone gives about twice the variance.
+  CHECK(slow.accel_var > 2.5 * fast.accel_var);
+}
+
+TEST_CASE("lane speed: a car that stands is confirmed far away, and stays where it is while hidden") {
+  const test::CircleRoad ring = make_ring(3000);
+  LaneBench bench(&ring.map);
+  bench.input.ego.speed_mps = 80;
+  std::mt19937_64 random(9);
+  std::normal_distribution<double> noise(0.0, 0.3);
+  double confirmed_m = 0;
+  for (int32_t k = 0; k < 40; ++k) {
+    bench.ego_at(80 * kFrame_s * k - 160);
+    Measurement z = seen_car(noise(random), noise(random), k);
+    z.var_x = z.var_y = 0.09, z.points = 6, z.width_m = 1.7;
+    bench.step(k, k < 25 ? std::vector{z} : std::vector<Measurement>{});
+    if (confirmed_m == 0 && bench.is_confirmed()) confirmed_m = 160 - 80 * kFrame_s * k;
+  }
+  CHECK(confirmed_m > 110);
+  CHECK(bench.rows.speed_mps[0] < 1.0);
+  CHECK(std::hypot(bench.rows.x_m[0], bench.rows.y_m[0]) < 1.0);
+}
+
+TEST_CASE("lane speed: the ego vehicle stands, and a car that passes at any speed and rate has a track") {
+  const test::CircleRoad ring = make_ring(1e5);
+  for (const CircuitMap* map : {static_cast<const CircuitMap*>(nullptr), &ring.map})
+    for (const int32_t frames : {1, 2})  // 20 and 10 Hz
+      for (const double ego_mps : {0.0, 15.0})
+        for (const double car_mps : {20.0, 40.0, 60.0, 85.0}) {
+          CAPTURE((map != nullptr));
+          CAPTURE(frames);
+          CAPTURE(ego_mps);
+          CAPTURE(car_mps);
+          LaneBench bench(map);
+          bench.input.ego.speed_mps = ego_mps;
+          for (int32_t k = 0; k < 40 * frames; k += frames) {
+            bench.ego_at(ego_mps * kFrame_s * k);
+            bench.step(k, {seen_car(car_mps * kFrame_s * k - 60, 3, k)});
+          }
+          REQUIRE(bench.confirmed() == 1);
+          CHECK(bench.rows.speed_mps[0] == doctest::Approx(car_mps).epsilon(0.02));
+          CHECK(bench.rows.count == 1);
+        }
+}
