@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <random>
 #include <vector>
 
 #include "core/math.h"
@@ -16,8 +14,7 @@
 namespace {
 
 using namespace overtake;
-using test::kFrame_s, test::LaneBench, test::ns_of, test::seen_car;
-using test::make_ring, test::on_ring;
+using test::kFrame_s, test::LaneBench, test::seen_car;
 
 }  // namespace
 

@@ -6,17 +6,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <random>
 #include <vector>
 
-#include "core/math.h"
 #include "tests/support/lane_bench.h"
 
 namespace {
 
 using namespace overtake;
-using test::kFrame_s, test::LaneBench, test::ns_of, test::seen_car;
+using test::kFrame_s, test::LaneBench, test::seen_car;
 using test::make_ring, test::on_ring;
 
 }  // namespace
