@@ -11,6 +11,7 @@
 
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <iterator>
@@ -36,35 +37,6 @@ ovt_status try_create(DetectorBench& bench, std::string& error) {
 }
 
 }  // namespace
-
-TEST_CASE("detector workers: worker_count 0 starts threads also on one CPU, so a thread per sensor may push") {
-  cpu_set_t all, one;
-  REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);
-  int32_t cpu = 0;
-  while (!CPU_ISSET(cpu, &all)) ++cpu;
-  CPU_ZERO(&one);
-  CPU_SET(cpu, &one);
-  REQUIRE(sched_setaffinity(0, sizeof one, &one) == 0);
-  {
-    DetectorBench bench({.workers = 0});
-    bench.create();
-    ovt_runtime_info info;
-    REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
-    CHECK(info.worker_count == 2);
-    for (std::size_t k = 0; k < 4; ++k) {
-      bench.push_ego(k);
-      (void)demo_frame(k);
-      std::vector<std::thread> threads;
-      std::atomic<int32_t> taken{0};
-      for (int32_t s = 0; s < 3; ++s) threads.emplace_back([&, s] { taken += bench.push_scan(k, s) == OVT_OK; });
-      for (std::thread& thread : threads) thread.join();
-      CHECK(taken == 3);
-    }
-    bench.flush();
-    CHECK(bench.records.size() == 4);
-  }
-  REQUIRE(sched_setaffinity(0, sizeof all, &all) == 0);
-}
 
 TEST_CASE("detector workers: if oneTBB has no thread create fails, if it has fewer create uses them") {
   using oneapi::tbb::global_control;
@@ -275,4 +247,38 @@ TEST_CASE("detector workers: the first frames of a second detector start no thre
   full.go.store(true);
   one.flush();
   other.flush();
+}
+
+// The last one: threads that oneTBB starts here, and those that they start later, inherit the one CPU.
+TEST_CASE("detector workers: worker_count 0 starts threads also on one CPU, so a thread per sensor may push") {
+  cpu_set_t all, one;
+  REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);
+  int32_t cpu = 0;
+  while (!CPU_ISSET(cpu, &all)) ++cpu;
+  CPU_ZERO(&one);
+  CPU_SET(cpu, &one);
+  REQUIRE(sched_setaffinity(0, sizeof one, &one) == 0);
+  {
+    DetectorBench bench({.workers = 0});
+    bench.create();
+    ovt_runtime_info info;
+    REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
+    CHECK(info.worker_count == 2);
+    for (std::size_t k = 0; k < 4; ++k) {
+      bench.push_ego(k);
+      (void)demo_frame(k);
+      std::vector<std::thread> threads;
+      std::atomic<int32_t> taken{0};
+      for (int32_t s = 0; s < 3; ++s) threads.emplace_back([&, s] { taken += bench.push_scan(k, s) == OVT_OK; });
+      for (std::thread& thread : threads) thread.join();
+      CHECK(taken == 3);
+    }
+    bench.flush();
+    CHECK(bench.records.size() == 4);
+  }
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    CAPTURE(thread.path().string());
+    const bool given = sched_setaffinity(std::stoi(thread.path().filename()), sizeof all, &all) == 0;
+    CHECK((given || errno == ESRCH));  // ESRCH: a joined thread that is still listed
+  }
 }
