@@ -465,7 +465,7 @@ TEST_CASE("lane identity: a car that brakes hard is found again soon, not taken 
   struct Case {
     double brake_mps2, most_m;
   };
-  for (const auto& [brake_mps2, most_m] : {Case{22, 5}, Case{40, 7}}) {
+  for (const auto& [brake_mps2, most_m] : {Case{22, 2}, Case{40, 3}}) {
     CAPTURE(brake_mps2);
     for (uint32_t seed = 1; seed <= 20; ++seed) {
       CAPTURE(seed);

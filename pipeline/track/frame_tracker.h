@@ -27,7 +27,7 @@ struct ObservedSector {
 
 struct TrackerEgo {
   bool known = false;
-  double x_m = 0, y_m = 0, heading_rad = 0, speed_mps = 0;
+  double x_m = 0, y_m = 0, heading_rad = 0, speed_mps = 0, yaw_rate_rps = 0;
 };
 
 struct TrackerFrame {

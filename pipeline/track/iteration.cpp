@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "core/math.h"
@@ -14,7 +15,24 @@ namespace {
 TrackerEgo make_sane(const TrackerEgo& ego) {
   const bool finite = std::fabs(ego.x_m) <= kMaxPlace_m && std::fabs(ego.y_m) <= kMaxPlace_m &&
                       std::fabs(ego.heading_rad) <= kMaxAngle_rad && std::fabs(ego.speed_mps) <= kMaxSpeed_mps;
-  return ego.known && finite ? ego : TrackerEgo{};
+  if (!ego.known || !finite) return {};
+  TrackerEgo sane = ego;
+  if (!(std::fabs(ego.yaw_rate_rps) <= kMaxYawRate_rps)) sane.yaw_rate_rps = 0;
+  return sane;
+}
+
+constexpr double kPoseGap_s = 0.3, kPoseJump_m = 0.5, kPoseJump_rad = 0.5 * kPi / 180.0;
+
+// Whether the speed and the yaw rate lead from one pose to the other. The way has the heading half way.
+bool is_led(const TrackerEgo& from, const TrackerEgo& to, double dt_s) noexcept {
+  if (std::fabs(dt_s) > kPoseGap_s) return false;
+  const double turn_rad = 0.5 * (from.yaw_rate_rps + to.yaw_rate_rps) * dt_s;
+  const double way_m = 0.5 * (from.speed_mps + to.speed_mps) * dt_s;
+  double sine, cosine;
+  sin_cos_f64(from.heading_rad + 0.5 * turn_rad, sine, cosine);
+  const double dx = to.x_m - from.x_m - way_m * cosine, dy = to.y_m - from.y_m - way_m * sine;
+  return dx * dx + dy * dy < kPoseJump_m * kPoseJump_m &&
+         std::fabs(wrap_angle(to.heading_rad - from.heading_rad - turn_rad)) < kPoseJump_rad;
 }
 
 bool is_measurement(const Measurement& z, int64_t frame_ns) noexcept {
@@ -104,6 +122,18 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
     it.measurement[i] = make_sane(z, params.r_diag);
     it.ego_distance_m2[i] = distance_m2(place_of(z), {it.ego.x_m, it.ego.y_m});
   }
+}
+
+void EgoWatch::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
+  if (!now.known) return;
+  if (!known || !is_led(ego, now, seconds_between(stamp_ns, now_ns))) jumped_ns = now_ns;
+  known = true;
+  stamp_ns = now_ns;
+  ego = now;
+}
+
+double EgoWatch::since_jump_s(int64_t now_ns) const noexcept {
+  return known ? std::fabs(seconds_between(jumped_ns, now_ns)) : std::numeric_limits<double>::infinity();
 }
 
 bool is_observed(const Iteration& it, double x_m, double y_m) noexcept {

@@ -38,8 +38,21 @@ struct TrackHead {
   uint32_t flags = 0;  // of the last iteration; publish adds kTrackStale
 };
 
-// The live tracks at one time, and the counts up to then.
+// Finds jumps of the ego poses from iteration to iteration: where speed and yaw rate do not lead, the localisation has
+// corrected itself, and all that stands or drives seems to have moved.
+struct EgoWatch {
+  bool known = false;
+  int64_t stamp_ns = 0;
+  TrackerEgo ego;         // of the last iteration that had one
+  int64_t jumped_ns = 0;  // stamp of the last jump; the first pose is one
+
+  void follow(int64_t now_ns, const TrackerEgo& now) noexcept;
+  double since_jump_s(int64_t now_ns) const noexcept;  // infinite before the first pose
+};
+
+// The live tracks at one time, the ego vehicle, and the counts up to then.
 struct SavedTracks {
+  EgoWatch ego;
   int32_t count;
   int32_t* slot;  // ascending
   TrackHead* head;
@@ -60,6 +73,7 @@ struct Iteration {
   int32_t* row;              // row in the frame
   double* ego_distance_m2;   // from the ego, from the origin if its pose is unknown
   // result of the last run; columns by measurement
+  double since_ego_jump_s;
   int64_t work;           // in steps
   bool limited;           // the work limit shortened the run
   int32_t* slot;          // of the updated or initiated track, -1 none

@@ -14,7 +14,8 @@ namespace overtake {
 namespace {
 
 constexpr double kRecent_s = 0.3;  // a track was seen lately
-constexpr double kOwns_s = 0.21;   // a track that misses for longer has no parts: its car may have left it
+// A track that misses for longer has no parts: its car may have left it. After a jump of the ego pose it has not.
+constexpr double kOwns_s = 0.02, kOwnsAfterJump_s = 0.21, kAfterJump_s = 0.3;
 constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in the second so many a car hit two of its
                                                              // tracks, in the third so many none of them
 constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
@@ -70,11 +71,12 @@ void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it)
   find_places(tracks, it);
   grid_.clear();
   owner_count_ = 0;
+  const double owns_s = it.since_ego_jump_s < kAfterJump_s ? kOwnsAfterJump_s : kOwns_s;
   for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
     if (!tracks.head[slot].alive) continue;
     grid_.add(slot, place_[slot]);
     const State& s = tracks.state[slot];
-    if (is_confirmed(s) && s.unseen_s <= kOwns_s) owners_[owner_count_++] = slot;
+    if (is_confirmed(s) && s.unseen_s <= owns_s) owners_[owner_count_++] = slot;
   }
 }
 

@@ -273,7 +273,7 @@ StepResult TrackStage::step(Frame& frame) noexcept {
   input.measurements = {frame.measurements.row, std::size_t(frame.measurements.count)};
   if (frame.ego_known) {  // then the tracker works in the map
     const EgoPose& pose = frame.ego_state.pose;
-    input.ego = {true, pose.x_m, pose.y_m, pose.yaw_rad, pose.speed_mps};
+    input.ego = {true, pose.x_m, pose.y_m, pose.yaw_rad, pose.speed_mps, pose.yaw_rate_rps};
   }
   input.in_map = reference_ == OVT_REFERENCE_MAP;
   input.ask_map = frame.uses_map;

@@ -72,7 +72,7 @@ inline std::vector<TestDetection> make_clutter(int32_t count, uint64_t seed) {
 }
 
 // Cars at different speeds on a ring, each hidden for 1.4 s every few seconds, some detections in two parts; the ego
-// vehicle drives among them.
+// vehicle drives among them; its poses jump by 0.8 m now and then.
 inline std::vector<TestFrame> make_ring_frames(uint64_t seed, const CircleRoad& ring, double seconds) {
   std::mt19937_64 random(seed);
   std::vector<TestFrame> frames;
@@ -85,7 +85,8 @@ inline std::vector<TestFrame> make_ring_frames(uint64_t seed, const CircleRoad& 
       const overtake::EgoPose ego = ring.pose_at(40 * t_s, 0);
       TestFrame f;
       f.stamp_ns = stamp_ns;
-      f.ego = {true, ego.x_m, ego.y_m, ego.yaw_rad, 40};
+      const double shift_m = std::fmod(t_s, 1.9) < 0.5 ? 0.8 : 0.0;
+      f.ego = {true, ego.x_m + shift_m, ego.y_m, ego.yaw_rad, 40, 40 / ring.def.radius_m};
       for (int c = 0; c < 5; ++c) {
         if (std::fmod(t_s + 0.9 * c, 4.0) > 2.6) continue;
         for (int parts = random() % 6 == 0 ? 2 : 1; parts > 0; --parts) {

@@ -1,0 +1,101 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Jumps of the ego poses, found from iteration to iteration.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/math.h"
+#include "pipeline/track/iteration.h"
+
+using namespace overtake;
+
+namespace {
+
+constexpr int64_t kStep_ns = 50'000'000, kFirst_ns = 1'000'000'000;
+
+// A vehicle on a circle that brakes: its pose after t_s.
+TrackerEgo driving(double t_s, double rate_rps = 0.5, double speed_mps = 80.0, double brake_mps2 = 25.0) {
+  TrackerEgo ego;
+  ego.known = true;
+  const double slope = brake_mps2 / speed_mps,
+               share = t_s - 0.5 * slope * t_s * t_s;  // of the speed at first, over time
+  ego.speed_mps = speed_mps - brake_mps2 * t_s;
+  ego.yaw_rate_rps = rate_rps * (1.0 - slope * t_s);
+  ego.heading_rad = rate_rps * share;
+  const double radius_m = speed_mps / rate_rps;
+  ego.x_m = radius_m * std::sin(ego.heading_rad);
+  ego.y_m = radius_m * (1.0 - std::cos(ego.heading_rad));
+  return ego;
+}
+
+// Follows the vehicle for a second, in steps; from `jump_at` on its poses are changed by `change`. Returns the seconds
+// since the last jump.
+template <class Change>
+double follow(double step_s, double jump_at_s, Change&& change) {
+  EgoWatch watch;
+  int64_t now_ns = 0;
+  for (double t_s = 0; t_s < 1.01; t_s += step_s) {
+    TrackerEgo ego = driving(t_s);
+    if (t_s > jump_at_s) change(ego);
+    now_ns = kFirst_ns + std::llround(t_s * 1e9);
+    watch.follow(now_ns, ego);
+  }
+  return watch.since_jump_s(now_ns);
+}
+
+}  // namespace
+
+TEST_CASE("ego watch: the first pose is a jump, and before it there is none") {
+  EgoWatch watch;
+  CHECK(watch.since_jump_s(kFirst_ns) == std::numeric_limits<double>::infinity());
+  watch.follow(kFirst_ns, {});
+  CHECK(watch.since_jump_s(kFirst_ns) == std::numeric_limits<double>::infinity());
+  watch.follow(kFirst_ns, driving(0));
+  CHECK(watch.since_jump_s(kFirst_ns) == 0.0);
+  CHECK(watch.since_jump_s(kFirst_ns + kStep_ns) == doctest::Approx(0.05));
+}
+
+TEST_CASE("ego watch: a vehicle that brakes in a curve does not jump, at 10 Hz and at 60 Hz") {
+  for (const double step_s : {0.1, 1.0 / 60})
+    CHECK(follow(step_s, 2.0, [](TrackerEgo&) {}) == doctest::Approx(1.0).epsilon(0.02));
+}
+
+TEST_CASE("ego watch: a pose that is 0.6 m or 0.6 deg from where speed and yaw rate lead is a jump; 0.4 are not") {
+  const auto since = [](double x_m, double y_m, double turn_deg) {
+    return follow(0.05, 0.52, [=](TrackerEgo& ego) {
+      ego.x_m += x_m, ego.y_m += y_m, ego.heading_rad = wrap_angle(ego.heading_rad + turn_deg * kPi / 180.0);
+    });
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    CAPTURE(sign);
+    CHECK(since(sign * 0.6, 0, 0) == doctest::Approx(0.45));
+    CHECK(since(0, sign * 0.6, 0) == doctest::Approx(0.45));
+    CHECK(since(0, 0, sign * 0.6) == doctest::Approx(0.45));
+    CHECK(since(sign * 0.4, 0, 0) == doctest::Approx(1.0));
+    CHECK(since(0, sign * 0.4, 0) == doctest::Approx(1.0));
+    CHECK(since(0, 0, sign * 0.4) == doctest::Approx(1.0));
+  }
+}
+
+TEST_CASE(
+    "ego watch: a heading that passes 180 deg is no jump; a gap of 0.4 s is one, and an iteration without pose none") {
+  EgoWatch watch;
+  int64_t now_ns = kFirst_ns;
+  for (int32_t k = 0; k < 20; ++k, now_ns += kStep_ns) {
+    TrackerEgo ego;
+    ego.known = k % 3 != 2;
+    ego.heading_rad = wrap_angle(kPi - 0.1 + 0.02 * k);
+    ego.yaw_rate_rps = 0.4;
+    watch.follow(now_ns, ego);
+    CHECK(watch.since_jump_s(now_ns) == doctest::Approx(0.05 * k));
+  }
+  TrackerEgo last;
+  last.known = true;
+  last.heading_rad = wrap_angle(kPi - 0.1 + 0.4 * seconds_between(kFirst_ns, now_ns + 8 * kStep_ns));
+  last.yaw_rate_rps = 0.4;
+  watch.follow(now_ns + 8 * kStep_ns, last);
+  CHECK(watch.since_jump_s(now_ns + 8 * kStep_ns) == 0.0);
+}
