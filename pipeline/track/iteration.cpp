@@ -124,7 +124,7 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
   }
 }
 
-void EgoWatch::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
+void EgoJumps::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
   if (!now.known) return;
   if (!known || !is_led(ego, now, seconds_between(stamp_ns, now_ns))) jumped_ns = now_ns;
   known = true;
@@ -132,7 +132,7 @@ void EgoWatch::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
   ego = now;
 }
 
-double EgoWatch::since_jump_s(int64_t now_ns) const noexcept {
+double EgoJumps::since_jump_s(int64_t now_ns) const noexcept {
   return known ? std::fabs(seconds_between(jumped_ns, now_ns)) : std::numeric_limits<double>::infinity();
 }
 

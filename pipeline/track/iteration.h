@@ -40,7 +40,7 @@ struct TrackHead {
 
 // Finds jumps of the ego poses from iteration to iteration: where speed and yaw rate do not lead, the localisation has
 // corrected itself, and all that stands or drives seems to have moved.
-struct EgoWatch {
+struct EgoJumps {
   bool known = false;
   int64_t stamp_ns = 0;
   TrackerEgo ego;         // of the last iteration that had one
@@ -52,7 +52,7 @@ struct EgoWatch {
 
 // The live tracks at one time, the ego vehicle, and the counts up to then.
 struct SavedTracks {
-  EgoWatch ego;
+  EgoJumps jumps;
   int32_t count;
   int32_t* slot;  // ascending
   TrackHead* head;

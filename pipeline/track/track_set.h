@@ -35,8 +35,8 @@ class TrackSet {
   // Runs the iteration at `place` of the history.
   void run(Iteration& it, int32_t place, TrackIds& ids) noexcept {
     in_map_ = it.in_map;
-    ego_.follow(it.stamp_ns, it.ego);
-    it.since_ego_jump_s = ego_.since_jump_s(it.stamp_ns);
+    jumps_.follow(it.stamp_ns, it.ego);
+    it.since_ego_jump_s = jumps_.since_jump_s(it.stamp_ns);
     counts_.rejected += it.rejected;
     counts_.unborn += it.unread;
     std::fill_n(it.slot, it.count, -1);
@@ -56,7 +56,7 @@ class TrackSet {
   }
 
   void save(SavedTracks& saved) const noexcept {
-    saved.ego = ego_;
+    saved.jumps = jumps_;
     saved.count = 0;
     saved.counts = counts_;
     for (int32_t first = 0, end; first < params_.track_capacity; first = end + 1) {
@@ -75,11 +75,11 @@ class TrackSet {
       std::memcpy(&state_[saved.slot[i]], saved.state + i * sizeof(State), sizeof(State));
     }
     alive_count_ = saved.count;
-    ego_ = saved.ego;
+    jumps_ = saved.jumps;
     counts_ = saved.counts;
   }
   void forget() noexcept {
-    ego_ = {};
+    jumps_ = {};
     for_each_live([this](int32_t slot) { end(slot, counts_.forgotten); });
   }
 
@@ -244,7 +244,7 @@ class TrackSet {
   State* state_ = nullptr;
   int32_t* measurement_of_slot_ = nullptr;
   int32_t* newborn_ = nullptr;  // measurements that initiate tracks, nearest first
-  EgoWatch ego_;
+  EgoJumps jumps_;
   IterationCounts counts_;
   int32_t alive_count_ = 0;
   bool in_map_ = true;

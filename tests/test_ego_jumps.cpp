@@ -35,35 +35,35 @@ TrackerEgo driving(double t_s, double rate_rps = 0.5, double speed_mps = 80.0, d
 // since the last jump.
 template <class Change>
 double follow(double step_s, double jump_at_s, Change&& change) {
-  EgoWatch watch;
+  EgoJumps jumps;
   int64_t now_ns = 0;
   for (double t_s = 0; t_s < 1.01; t_s += step_s) {
     TrackerEgo ego = driving(t_s);
     if (t_s > jump_at_s) change(ego);
     now_ns = kFirst_ns + std::llround(t_s * 1e9);
-    watch.follow(now_ns, ego);
+    jumps.follow(now_ns, ego);
   }
-  return watch.since_jump_s(now_ns);
+  return jumps.since_jump_s(now_ns);
 }
 
 }  // namespace
 
-TEST_CASE("ego watch: the first pose is a jump, and before it there is none") {
-  EgoWatch watch;
-  CHECK(watch.since_jump_s(kFirst_ns) == std::numeric_limits<double>::infinity());
-  watch.follow(kFirst_ns, {});
-  CHECK(watch.since_jump_s(kFirst_ns) == std::numeric_limits<double>::infinity());
-  watch.follow(kFirst_ns, driving(0));
-  CHECK(watch.since_jump_s(kFirst_ns) == 0.0);
-  CHECK(watch.since_jump_s(kFirst_ns + kStep_ns) == doctest::Approx(0.05));
+TEST_CASE("ego jumps: the first pose is a jump, and before it there is none") {
+  EgoJumps jumps;
+  CHECK(jumps.since_jump_s(kFirst_ns) == std::numeric_limits<double>::infinity());
+  jumps.follow(kFirst_ns, {});
+  CHECK(jumps.since_jump_s(kFirst_ns) == std::numeric_limits<double>::infinity());
+  jumps.follow(kFirst_ns, driving(0));
+  CHECK(jumps.since_jump_s(kFirst_ns) == 0.0);
+  CHECK(jumps.since_jump_s(kFirst_ns + kStep_ns) == doctest::Approx(0.05));
 }
 
-TEST_CASE("ego watch: a vehicle that brakes in a curve does not jump, at 10 Hz and at 60 Hz") {
+TEST_CASE("ego jumps: a vehicle that brakes in a curve does not jump, at 10 Hz and at 60 Hz") {
   for (const double step_s : {0.1, 1.0 / 60})
     CHECK(follow(step_s, 2.0, [](TrackerEgo&) {}) == doctest::Approx(1.0).epsilon(0.02));
 }
 
-TEST_CASE("ego watch: a pose that is 0.6 m or 0.6 deg from where speed and yaw rate lead is a jump; 0.4 are not") {
+TEST_CASE("ego jumps: a pose that is 0.6 m or 0.6 deg from where speed and yaw rate lead is a jump; 0.4 are not") {
   const auto since = [](double x_m, double y_m, double turn_deg) {
     return follow(0.05, 0.52, [=](TrackerEgo& ego) {
       ego.x_m += x_m, ego.y_m += y_m, ego.heading_rad = wrap_angle(ego.heading_rad + turn_deg * kPi / 180.0);
@@ -81,21 +81,21 @@ TEST_CASE("ego watch: a pose that is 0.6 m or 0.6 deg from where speed and yaw r
 }
 
 TEST_CASE(
-    "ego watch: a heading that passes 180 deg is no jump; a gap of 0.4 s is one, and an iteration without pose none") {
-  EgoWatch watch;
+    "ego jumps: a heading that passes 180 deg is no jump; a gap of 0.4 s is one, and an iteration without pose none") {
+  EgoJumps jumps;
   int64_t now_ns = kFirst_ns;
   for (int32_t k = 0; k < 20; ++k, now_ns += kStep_ns) {
     TrackerEgo ego;
     ego.known = k % 3 != 2;
     ego.heading_rad = wrap_angle(kPi - 0.1 + 0.02 * k);
     ego.yaw_rate_rps = 0.4;
-    watch.follow(now_ns, ego);
-    CHECK(watch.since_jump_s(now_ns) == doctest::Approx(0.05 * k));
+    jumps.follow(now_ns, ego);
+    CHECK(jumps.since_jump_s(now_ns) == doctest::Approx(0.05 * k));
   }
   TrackerEgo last;
   last.known = true;
   last.heading_rad = wrap_angle(kPi - 0.1 + 0.4 * seconds_between(kFirst_ns, now_ns + 8 * kStep_ns));
   last.yaw_rate_rps = 0.4;
-  watch.follow(now_ns + 8 * kStep_ns, last);
-  CHECK(watch.since_jump_s(now_ns + 8 * kStep_ns) == 0.0);
+  jumps.follow(now_ns + 8 * kStep_ns, last);
+  CHECK(jumps.since_jump_s(now_ns + 8 * kStep_ns) == 0.0);
 }
