@@ -146,6 +146,26 @@ TEST_CASE("lane motion: the speed follows a decaying acceleration, and the place
   CHECK(car.mean.speed_mps == before.mean.speed_mps);
 }
 
+// The covariance of a x by that of what it has done: 0.5 t^2 along the course, t and 1.
+TEST_CASE("lane motion: an acceleration that may have begun adds to place, speed and acceleration what it has done") {
+  std::mt19937_64 random(12);
+  for (int n = 0; n < 100; ++n) {
+    const LaneEstimate before = draw_estimate(random);
+    LaneEstimate after = before;
+    const double sigma_mps2 = draw(random, 1, 10), since_s = draw(random, 0, 0.3), phi = before.mean.course_rad;
+    begin_acceleration(after, sigma_mps2, since_s);
+    const double way = 0.5 * since_s * since_s;
+    const double by[kAll] = {way * std::cos(phi), way * std::sin(phi), since_s, 0, 0, 1};
+    LaneEstimate old = before;
+    for (int r = 0; r < kAll; ++r) {
+      CHECK(entry_of(after, r) == entry_of(old, r));
+      for (int c = 0; c < kAll; ++c)
+        CHECK(covariance_of(after, r, c) ==
+              doctest::Approx(covariance_of(old, r, c) + sigma_mps2 * sigma_mps2 * by[r] * by[c]).epsilon(1e-12));
+    }
+  }
+}
+
 TEST_CASE("lane motion: the mean of a prediction is advance_on_lane, its covariance F P F^T + Q with the derivatives") {
   std::mt19937_64 random(73);
   for (int n = 0; n < 300; ++n) {

@@ -96,6 +96,73 @@ TEST_CASE("lane speed: the acceleration of a car that is not seen ends soon, and
   CHECK(slow.state().estimate.accel_var == 0);
 }
 
+namespace {
+
+// A car ahead of the ego vehicle brakes from 75 m/s for 1.5 s; its deceleration grows for 0.3 s.
+struct Braking {
+  double brake_mps2 = 18, noise_m = 0.05, declared_m = 0.05;
+  bool spins = false;  // its heading is measured, and turns
+};
+double speed_rms(const Braking& b) {
+  const test::CircleRoad road = make_ring(1e6);
+  double sum = 0;
+  int32_t count = 0;
+  for (uint32_t seed = 1; seed <= 20; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> noise(0.0, b.noise_m);
+    LaneBench bench(&road.map);
+    double x_m = 0, v_mps = 75;
+    for (int32_t k = 0; k < 70; ++k) {
+      bench.ego_at(x_m - 40);
+      Measurement z = seen_car(x_m + noise(random), noise(random), k);
+      z.var_x = z.var_y = b.declared_m * b.declared_m;
+      if (b.spins && k >= 30) z.free_heading = 1, z.heading_rad = wrap_angle(2.0 * kFrame_s * (k - 30));
+      bench.step(k, {z});
+      REQUIRE(bench.rows.count == 1);
+      const double late_mps = bench.rows.speed_mps[0] - v_mps;
+      if (k >= 40) sum += late_mps * late_mps, ++count;
+      for (int32_t i = 0; i < 10; ++i) {
+        const double t_s = kFrame_s * (k - 40 + 0.1 * i);
+        x_m += 0.1 * kFrame_s * v_mps;
+        v_mps -= 0.1 * kFrame_s * b.brake_mps2 * std::clamp(t_s / 0.3, 0.0, 1.0);
+      }
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "lane speed: of a car that brakes hard the speed is late by little, and no later where its places are exact") {
+  CHECK(speed_rms({.brake_mps2 = 6}) < 0.48);
+  CHECK(speed_rms({.brake_mps2 = 18}) < 0.85);
+  CHECK(speed_rms({.brake_mps2 = 30}) < 1.4);
+  CHECK(speed_rms({.brake_mps2 = 18, .declared_m = 0.15}) < 1.27);
+}
+
+TEST_CASE("lane speed: a car that spins loses its speed for long, and its track follows") {
+  CHECK(speed_rms({.brake_mps2 = 7, .noise_m = 0.1, .declared_m = 0.3, .spins = true}) < 1.55);
+}
+
+// Behind the ego vehicle its own wing hides parts of a car. The place jumps when others are seen.
+TEST_CASE("lane speed: a jump of a place whose error lasts is no change of speed") {
+  const test::CircleRoad road = make_ring(1e6);
+  LaneBench bench(&road.map);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  double worst_mps = 0;
+  for (int32_t k = 0; k < 100; ++k) {
+    const double x_m = 70 * kFrame_s * k;
+    bench.ego_at(x_m + 40);
+    Measurement z = seen_car(x_m - (k < 60 ? 0.9 : 0.0) + noise(random), noise(random), k);
+    z.var_x = z.var_y = 0.06;
+    bench.step(k, {z});
+    if (k > 50) worst_mps = std::max(worst_mps, std::fabs(bench.rows.speed_mps[0] - 70));
+  }
+  CHECK(worst_mps < 1.8);
+}
+
 TEST_CASE("lane speed: a slow car on its lane changes its speed faster than a fast one, a standing one does not") {
   constexpr double kRadius = 2000;
   const test::CircleRoad ring = make_ring(kRadius);

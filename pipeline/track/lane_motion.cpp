@@ -77,6 +77,18 @@ void forget_acceleration(LaneEstimate& estimate) noexcept {
   std::fill_n(estimate.accel_cov, kTrackStateSize, 0.0);
 }
 
+void begin_acceleration(LaneEstimate& estimate, double sigma_mps2, double since_s) noexcept {
+  double sine, cosine;
+  sin_cos_f64(estimate.mean.course_rad, sine, cosine);
+  const double way = 0.5 * since_s * since_s, by[3] = {cosine * way, sine * way, since_s};
+  const double variance = sigma_mps2 * sigma_mps2;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) estimate.covariance[i][j] += variance * by[i] * by[j];
+    estimate.accel_cov[i] += variance * by[i];
+  }
+  estimate.accel_var += variance;
+}
+
 void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept {
   if (dt_s == 0.0) return;
   const bool pulled = is_pulled(lane, dt_s);

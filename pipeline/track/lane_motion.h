@@ -30,6 +30,9 @@ struct LaneEstimate : TrackEstimate {
   double accel_cov[kTrackStateSize] = {};  // with x, y, v, phi, omega
 };
 void forget_acceleration(LaneEstimate& estimate) noexcept;
+// An acceleration of this deviation may have begun since_s ago: it adds to the covariance of place, speed and
+// acceleration what it has done since.
+void begin_acceleration(LaneEstimate& estimate, double sigma_mps2, double since_s) noexcept;
 
 // Growth of the variances per second.
 struct CourseNoise {

@@ -30,6 +30,12 @@ constexpr double kBehindLasting_m = 60.0;
 constexpr double kBehindShare = 10.0 / 3.0;
 constexpr double kLagKeep = 0.8;      // share of the lag that an iteration keeps
 constexpr double kManoeuvre_s = 0.3;  // the noise of a manoeuvre goes on for so long after the last sign of it
+constexpr double kBraking_s = 0.06;   // the same of the speed and the acceleration
+// The mean square of the innovations along: what an iteration keeps of it; what counts at least; of one, at most. And
+// by how much more its variance grows for a detection whose error lasts.
+constexpr double kShareKeep = 0.95, kLeastShare = 0.5, kMostShare = 4.0, kLasts = 1.5;
+constexpr double kBegun_mps2 = 6.0,
+                 kBegun_s = 0.13;  // deviation and age of the acceleration of a change that is noticed
 constexpr double kFreeSpeedNoise = 1.0, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
 constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
@@ -37,11 +43,14 @@ constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // de
 constexpr double kAcross = 3.0, kAcross_rad = 0.6;  // deviations; the course of a car that drives across its lane
 constexpr double kFreeTurns_mps = 10.0;             // a faster car changes its course less
 // (m/s^2)^2 per second; how long an acceleration lasts of a car that is seen, and of one that is not.
-constexpr double kAccelNoise = 2.0, kAccel_s = 0.6, kGuessedAccel_s = 0.1;
-constexpr double kFreeAccelNoise = 4.0, kFreeAccel_s = 1.2;  // without a map, and of a slow car
-constexpr double kBrakeLag = 0.83;  // times steady_lag: changes of speed are common, other manoeuvres are rare
-constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place jumps across, which is no turn
-constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
+constexpr double kAccelNoise = 1.0, kAccel_s = 0.4, kGuessedAccel_s = 0.1;
+constexpr double kLongAccelNoise = 4.0,
+                 kLongAccel_s = 1.2;    // without a map, and of a car that is slow, brakes or spins
+constexpr double kBrakes_mps2 = 1.5;    // off the throttle, too
+constexpr double kNoAccelNoise = 0.72;  // (m/s)^2 per second, of the speed
+constexpr double kBrakeLag = 0.83;      // times steady_lag: changes of speed are common, other manoeuvres are rare
+constexpr double kTurnLag = 2.0;        // times steady_lag: far away a car's place jumps across, which is no turn
+constexpr double kTurnNoise = 0.1;      // rad^2 per second: of the course while the car leaves it
 // Of a predicted path: what a steady car has of path_speed and the square of path_across; how both grow with its lag.
 constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostPathLag = 3.0;
 // Of path_steady_along_m and path_steady_across_m, the deviations of a car that goes on as it drives: what counts of
@@ -151,7 +160,13 @@ bool LanePolicy::may_accelerate(const State& s) const noexcept {
 
 // Off the map, a car whose acceleration is not estimated has more noise: as if each acceleration ended at once.
 double LanePolicy::speed_noise(const State& s) const noexcept {
-  return lane_.q_speed + (s.asks_map || may_accelerate(s) ? 0.0 : kAccelNoise * kAccel_s * kAccel_s);
+  return lane_.q_speed + (s.asks_map || may_accelerate(s) ? 0.0 : kNoAccelNoise);
+}
+
+// Without a map, or slow: road traffic. Such a car accelerates more, and for longer.
+bool LanePolicy::is_free(const State& s) const noexcept {
+  const double speed_mps = s.estimate.mean.speed_mps;
+  return !s.asks_map || (speed_mps > kDrives_mps && speed_mps < kSlow_mps);
 }
 
 CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
@@ -159,13 +174,13 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
   const double speed_gain = s.brake_s > 0.0 ? lane_.manoeuvre_gain : 1.0;
   CourseNoise noise = {lane_.q_along, lane_.q_across, speed_noise(s) * speed_gain, lane_.q_course * gain,
                        lane_.q_yaw_rate * gain};
-  const double speed_mps = s.estimate.mean.speed_mps;
-  const bool is_free = !s.asks_map || (speed_mps > kDrives_mps && speed_mps < kSlow_mps);
-  if (is_free) noise.speed = std::max(noise.speed, kFreeSpeedNoise);
-  if (may_accelerate(s)) noise.accel = (is_free ? kFreeAccelNoise : kAccelNoise) * speed_gain;
-  noise.accel_s = s.unseen_s > kGuess_s ? kGuessedAccel_s : is_free ? kFreeAccel_s : kAccel_s;
+  if (is_free(s)) noise.speed = std::max(noise.speed, kFreeSpeedNoise);
+  const bool spins = s.heading_age_s <= kHeadingMemory_s, brakes = s.estimate.accel_mps2 < -kBrakes_mps2;
+  const bool is_long = spins || brakes || is_free(s);
+  if (may_accelerate(s)) noise.accel = (is_long ? kLongAccelNoise : kAccelNoise) * speed_gain;
+  noise.accel_s = s.unseen_s > kGuess_s ? kGuessedAccel_s : is_long ? kLongAccel_s : kAccel_s;
   if (!s.asks_map) {  // road traffic, or a place off the map: anything may happen
-    const double share = kFreeTurns_mps / std::max(speed_mps, kFreeTurns_mps);
+    const double share = kFreeTurns_mps / std::max(s.estimate.mean.speed_mps, kFreeTurns_mps);
     noise.course = std::max(noise.course, kFreeCourseNoise * share * share);
     noise.yaw_rate = std::max(noise.yaw_rate, kFreeYawRateNoise);
   }
@@ -329,18 +344,28 @@ void LanePolicy::doubt_lane_course(State& s, const Measurement& z) const noexcep
 
 // Innovations ahead of or behind the track, several or a large one, are a manoeuvre: the car brakes or accelerates, and
 // may turn. Those to the left or right tell less, because a far car's place jumps across: twice as large, they say that
-// the course turns.
-void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept {
+// the course turns. A fast car's places on its map are more exact than their covariances say, so a change of its speed
+// is noticed early by what its innovations usually are, and is an acceleration that has begun already. Not where the
+// error of a detection lasts: it changes by jumps when other parts of the car are seen.
+void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s, bool error_lasts) const noexcept {
   if (s.hits < kSteadyHits || !(dt_s > 0.0)) return;
   auto& p = s.estimate.covariance;
   const Off off = find_off(s.estimate, z);
-  s.lag_along = kLagKeep * s.lag_along + off.along;
+  const bool is_exact = !error_lasts && may_accelerate(s) && !is_free(s);
+  s.lag_along = kLagKeep * s.lag_along + off.along / std::sqrt(is_exact ? std::max(s.along_share, kLeastShare) : 1.0);
+  if (!(s.brake_s > 0.0))
+    s.along_share += (1.0 - kShareKeep) * (std::min(off.along * off.along, kMostShare) - s.along_share);
   s.lag_across = kLagKeep * s.lag_across + off.across;
   if (std::fabs(s.lag_across) > kTurnLag * lane_.steady_lag) s.turn_s = kManoeuvre_s;
   const double more = (lane_.manoeuvre_gain - 1.0) * dt_s;  // a manoeuvre began after the last detection
   if (std::fabs(s.lag_along) > (may_accelerate(s) ? kBrakeLag : 1.0) * lane_.steady_lag) {
-    if (!(s.brake_s > 0.0)) p[2][2] += speed_noise(s) * more;
-    s.brake_s = kManoeuvre_s;
+    if (!(s.brake_s > 0.0)) {
+      if (is_exact)
+        begin_acceleration(s.estimate, kBegun_mps2, kBegun_s);
+      else
+        p[2][2] += speed_noise(s) * more;
+    }
+    s.brake_s = kBraking_s;
   }
   if (!(std::fabs(s.lag_along) > lane_.steady_lag)) return;
   if (!(s.manoeuvre_s > 0.0)) {
@@ -398,7 +423,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   Innovation innovation;
   const bool is_known = innovate(s.estimate, wide, &innovation);
   score_hit(slot, s, z, is_known ? &innovation : nullptr);
-  if (is_known) watch_for_manoeuvre(s, wide, dt_s);
+  if (is_known) watch_for_manoeuvre(s, wide, dt_s, wide.var_x > kLasts * z.var_x);
   if (is_known) doubt_lane_course(s, wide);
   if (!s.has_course && s.unseen_s > 0.0)
     s.has_course = find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);

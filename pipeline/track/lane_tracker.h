@@ -24,6 +24,7 @@ struct LaneTrack {
   // Motion: the lane at the estimate's place, and how steadily the car drives.
   LanePull lane;
   double lag_along = 0, lag_across = 0;  // sums of the innovations, in standard deviations, fading
+  double along_share = 1;                // mean square of the innovations along, in standard deviations, fading
   // The noise of a manoeuvre, of a new speed, and of a new course, goes on for so long.
   double manoeuvre_s = 0, brake_s = 0, turn_s = 0;
   // Heading: measured where two faces of the car are seen, else along the course.
@@ -105,7 +106,8 @@ class LanePolicy {
   void measure_front(State& s, const Measurement& z) const noexcept;
   void measure_heading(State& s, const Measurement& z) const noexcept;
   void doubt_lane_course(State& s, const Measurement& z) const noexcept;
-  void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept;
+  bool is_free(const State& s) const noexcept;
+  void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s, bool error_lasts) const noexcept;
   Measurement with_lasting_error(const Measurement& z) const noexcept;
 
   // lane_existence.cpp
@@ -170,7 +172,7 @@ inline constexpr const char* kLaneTrackerParams =
     "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
     "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
 
-static_assert(sizeof(LaneTrack) == 37 * 8 + 21 * 8 + 10 * 4);
+static_assert(sizeof(LaneTrack) == 38 * 8 + 21 * 8 + 10 * 4);
 
 extern template class ReplayTracker<LanePolicy>;
 using LaneTracker = ReplayTracker<LanePolicy>;
