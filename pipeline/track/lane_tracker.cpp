@@ -34,8 +34,8 @@ constexpr double kBraking_s = 0.06;   // the same of the speed and the accelerat
 // The mean square of the innovations along: what an iteration keeps of it; what counts at least; of one, at most. And
 // by how much more its variance grows for a detection whose error lasts.
 constexpr double kShareKeep = 0.95, kLeastShare = 0.5, kMostShare = 4.0, kLasts = 1.5;
-constexpr double kBegun_mps2 = 6.0,
-                 kBegun_s = 0.13;  // deviation and age of the acceleration of a change that is noticed
+// Of the acceleration of a change that is noticed: its deviation, and since when.
+constexpr double kBegun_mps2 = 6.0, kBegun_s = 0.13;
 constexpr double kFreeSpeedNoise = 1.0, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
 constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
@@ -44,8 +44,8 @@ constexpr double kAcross = 3.0, kAcross_rad = 0.6;  // deviations; the course of
 constexpr double kFreeTurns_mps = 10.0;             // a faster car changes its course less
 // (m/s^2)^2 per second; how long an acceleration lasts of a car that is seen, and of one that is not.
 constexpr double kAccelNoise = 1.0, kAccel_s = 0.4, kGuessedAccel_s = 0.1;
-constexpr double kLongAccelNoise = 4.0,
-                 kLongAccel_s = 1.2;    // without a map, and of a car that is slow, brakes or spins
+// The same without a map, and of a car that is slow, brakes or spins.
+constexpr double kLongAccelNoise = 4.0, kLongAccel_s = 1.2;
 constexpr double kBrakes_mps2 = 1.5;    // off the throttle, too
 constexpr double kNoAccelNoise = 0.72;  // (m/s)^2 per second, of the speed
 constexpr double kBrakeLag = 0.83;      // times steady_lag: changes of speed are common, other manoeuvres are rare
