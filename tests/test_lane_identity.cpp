@@ -493,6 +493,33 @@ TEST_CASE("lane identity: a car that brakes hard is found again soon, not taken 
   }
 }
 
+TEST_CASE(
+    "lane identity: a car brakes hard while the ego pose jumps, and late frames give the states of sorted order") {
+  const test::CircleRoad ring = make_ring(1e5);
+  for (uint32_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    LaneBench sorted(&ring.map), late(&ring.map);
+    const auto step = [&](LaneBench& bench, int32_t k) {
+      std::mt19937 random(1000 * seed + uint32_t(k));
+      std::normal_distribution<double> noise(0.0, 0.1);
+      const double t = kFrame_s * k, braking_s = std::clamp(t - 3.0, 0.0, 1.5);
+      const double x_m = 70 * t - 0.5 * 40 * braking_s * braking_s - 40 * braking_s * std::max(t - 4.5, 0.0);
+      bench.ego_at(70 * t - 40 + (k % 14 == 6 ? 0.8 : 0.0));
+      bench.input.ego.speed_mps = 70;
+      Measurement z = seen_car(x_m + noise(random), noise(random), k);
+      z.var_x = z.var_y = 0.01;
+      bench.step(k, {z});
+    };
+    for (int32_t k = 0; k < 100; k += 2) step(sorted, k);
+    for (int32_t k = 0; k < 100; k += 4) step(late, k + 2), step(late, k);  // 10 Hz
+    REQUIRE(late.rows.count == sorted.rows.count);
+    for (int32_t i = 0; i < late.rows.count; ++i) {
+      CHECK(late.rows.x_m[i] == sorted.rows.x_m[i]);
+      CHECK(late.rows.speed_mps[i] == sorted.rows.speed_mps[i]);
+    }
+  }
+}
+
 TEST_CASE("lane identity: a row tells its car's speed late, and the car has its id again all the same") {
   const test::CircleRoad ring = make_ring(1e5);
   int32_t others = 0;
