@@ -38,8 +38,8 @@ struct TrackHead {
   uint32_t flags = 0;  // of the last iteration; publish adds kTrackStale
 };
 
-// Finds jumps of the ego poses from iteration to iteration: where speed and yaw rate do not lead, the localisation has
-// corrected itself, and all that stands or drives seems to have moved.
+// Finds jumps of the ego poses from iteration to iteration: a pose that speed and yaw rate do not lead to. Then the
+// localisation has corrected itself, and everything around seems to have moved on the map.
 struct EgoJumps {
   bool known = false;
   int64_t stamp_ns = 0;
@@ -50,7 +50,7 @@ struct EgoJumps {
   double since_jump_s(int64_t now_ns) const noexcept;  // infinite before the first pose
 };
 
-// The live tracks at one time, the ego vehicle, and the counts up to then.
+// The live tracks at one time, the last ego pose and its jump, and the counts up to then.
 struct SavedTracks {
   EgoJumps jumps;
   int32_t count;
@@ -73,13 +73,13 @@ struct Iteration {
   int32_t* row;              // row in the frame
   double* ego_distance_m2;   // from the ego, from the origin if its pose is unknown
   // result of the last run; columns by measurement
-  double since_ego_jump_s;
-  int64_t work;           // in steps
-  bool limited;           // the work limit shortened the run
-  int32_t* slot;          // of the updated or initiated track, -1 none
-  TrackId* track;         // that track's id; kNobody: none, or not yet settled
-  int32_t* birth;         // that track's birth number while it has no id, else kHasId
-  TrackId* track_before;  // `track` before the iteration ran again
+  double since_ego_jump_s;  // infinite before the first ego pose; only of policies that join tracks
+  int64_t work;             // in steps
+  bool limited;             // the work limit shortened the run
+  int32_t* slot;            // of the updated or initiated track, -1 none
+  TrackId* track;           // that track's id; kNobody: none, or not yet settled
+  int32_t* birth;           // that track's birth number while it has no id, else kHasId
+  TrackId* track_before;    // `track` before the iteration ran again
   SavedTracks before;
 };
 

@@ -31,9 +31,10 @@ constexpr double kBehindShare = 10.0 / 3.0;
 constexpr double kLagKeep = 0.8;      // share of the lag that an iteration keeps
 constexpr double kManoeuvre_s = 0.3;  // the noise of a manoeuvre goes on for so long after the last sign of it
 constexpr double kBraking_s = 0.06;   // the same of the speed and the acceleration
-// The mean square of the innovations along: what an iteration keeps of it; what counts at least; of one, at most. And
-// by how much more its variance grows for a detection whose error lasts.
-constexpr double kShareKeep = 0.95, kLeastShare = 0.5, kMostShare = 4.0, kLasts = 1.5;
+// The mean square of the innovations along: the share of it that an iteration keeps, the least value that is used, and
+// the most that one innovation adds.
+constexpr double kShareKeep = 0.95, kLeastShare = 0.5, kMostShare = 4.0;
+constexpr double kLasts = 1.5;  // with_lasting_error multiplies the variance by more: the error lasts
 // Of the acceleration of a change that is noticed: its deviation, and since when.
 constexpr double kBegun_mps2 = 6.0, kBegun_s = 0.13;
 constexpr double kFreeSpeedNoise = 1.0, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map

@@ -35,8 +35,10 @@ class TrackSet {
   // Runs the iteration at `place` of the history.
   void run(Iteration& it, int32_t place, TrackIds& ids) noexcept {
     in_map_ = it.in_map;
-    jumps_.follow(it.stamp_ns, it.ego);
-    it.since_ego_jump_s = jumps_.since_jump_s(it.stamp_ns);
+    if constexpr (JoinsTracks<Policy>) {
+      jumps_.follow(it.stamp_ns, it.ego);
+      it.since_ego_jump_s = jumps_.since_jump_s(it.stamp_ns);
+    }
     counts_.rejected += it.rejected;
     counts_.unborn += it.unread;
     std::fill_n(it.slot, it.count, -1);
