@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "core/check.h"
+#include "core/float_mode.h"
 
 namespace overtake {
 namespace flow = oneapi::tbb::flow;
@@ -346,7 +347,8 @@ struct DetectorGraph::Nodes {
     ~Visit() { set_this_worker(-1); }
     Visit(const Visit&) = delete;
     Visit& operator=(const Visit&) = delete;
-    const int32_t place;  // in the arena
+    const FloatMode usual;  // a worker may serve other arenas of the process, too
+    const int32_t place;    // in the arena
   };
 
   using SegmentNode = flow::function_node<Job, flow::continue_msg>;

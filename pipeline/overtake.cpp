@@ -10,6 +10,7 @@
 #include <cstring>
 #include <string>
 
+#include "core/float_mode.h"
 #include "pipeline/abi.h"
 #include "pipeline/build_info.h"
 #include "pipeline/detector.h"
@@ -22,9 +23,10 @@ namespace {
 Detector& cpp(ovt_detector* detector) { return *reinterpret_cast<Detector*>(detector); }
 Reader& cpp(ovt_reader* reader) { return *reinterpret_cast<Reader*>(reader); }
 
-// Runs a call and turns an exception into a status.
+// Runs a call in the usual floating-point mode and turns an exception into a status.
 template <class Body>
 ovt_status guard(ovt_detector* detector, Body&& body) noexcept {
+  const FloatMode usual;
   try {
     return body();
   } catch (const std::bad_alloc&) {
@@ -369,6 +371,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
   if (!standing(reader)) return OVT_NO_FRAME;
   if (!is_known_size<ovt_tracks>(out_size)) return OVT_BAD_VERSION;
   Reader& r = cpp(reader);
+  const FloatMode usual;
   if (publish_ns == OVT_AT_FRAME_STAMP) publish_ns = r.frame->tracks_ns;
   publish_ns = r.detector->publish_tracks(r, publish_ns);
   ovt_tracks rows{};

@@ -29,6 +29,9 @@
  * possible before it returns. ovt_push_scan, ovt_push_points, ovt_end_scan, ovt_push_detections, ovt_advance and
  * ovt_flush belong to one thread; a second thread that calls one of them during such a call gets OVT_WRONG_THREAD.
  *
+ * Stack of a thread that calls them: 512 KiB; 64 KiB where worker_count is not 1. Each call computes in the usual
+ * floating-point mode (round to nearest, no traps) and gives the thread its own one back.
+ *
  * fork(): the child may exec or exit. There ovt_destroy_... do nothing, and no other call is allowed. The child does
  * not get the detector's blocks (MADV_DONTFORK, not with `alloc`), so the parent keeps its pages. Stacks and the heap
  * belong to the process: the parent copies their pages, one fault each, after each fork.
@@ -256,7 +259,7 @@ OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
  * or two bounds (then x_m to width_right_m are null). OVT_BAD_ARGUMENT: fewer than 3 points; a null column, except
  * banking_rad; values that are not finite; points beyond 1e8 m; equal neighbouring points (closer than 1e-6 m; the last
  * point of a closed line may repeat the first one); widths that are negative or beyond 4e8 m; banking beyond 1 rad; a
- * map that is nowhere 1 m wide; bounds that are swapped or run in opposite directions.
+ * map that is nowhere 1 m wide; bounds that are swapped or run in opposite directions; a centre line and bounds.
  * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it,
  * and only of a centre line (beside bounds it is not read). Null, or 0 everywhere: unknown, and best takes the cross
  * slope from the attitude of the ego poses. */
@@ -563,7 +566,8 @@ OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
  * more than frame.tolerance_s plus frame.period_s, beyond their usual lead, are not used while they stay ahead: frames
  * use the earlier poses, which become stale, and set OVT_SUSPECT_EGO. OVT_BAD_ARGUMENT, and the pose is not used, for
  * values that no car's pose has: x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate
- * beyond 100 rad/s, NaN.
+ * beyond 100 rad/s, NaN. If speed and yaw rate are not measured, push those of the last poses: poses between these are
+ * found with them, and new tracks begin near the speed.
  * With OVT_PUSH_WAIT and workers it waits for the scans that were pushed before, if it would overwrite poses that they
  * use: so the poses of a frame do not depend on worker_count, if one thread pushes poses and scans.
  * Preset best: roll and pitch both 0 mean that nothing measured them (a localisation in the plane). Such a pose tells

@@ -63,6 +63,62 @@ TEST_CASE("ego jumps: a vehicle that brakes in a curve does not jump, at 4 Hz, 1
     CHECK(follow(step_s, 2.0, [](TrackerEgo&) {}) == doctest::Approx(1.0).epsilon(0.02));
 }
 
+namespace {
+
+// Whether poses at a rate that jump aside show a jump at each of 20 phases of iterations at another rate.
+bool is_always_found(double pose_s, double step_s, double jump_m) {
+  for (int32_t phase = 0; phase < 20; ++phase) {
+    EgoJumps jumps;
+    const auto pose_of = [&](int32_t pose) { return 80 * pose_s * pose; };
+    int64_t now_ns = 0;
+    for (double t_s = 0.05 * phase * step_s; t_s < 1; t_s += step_s) {
+      const auto pose = int32_t(t_s / pose_s);
+      const double share = t_s / pose_s - pose;
+      const auto jumped = [&](int32_t k) { return k * pose_s > 0.5 ? jump_m : 0.0; };
+      TrackerEgo ego;
+      ego.known = true;
+      ego.speed_mps = 80;
+      ego.x_m = pose_of(pose) + share * (pose_of(pose + 1) - pose_of(pose));
+      ego.y_m = jumped(pose) + share * (jumped(pose + 1) - jumped(pose));
+      now_ns = kFirst_ns + std::llround(t_s * 1e9);
+      jumps.follow(now_ns, ego);
+    }
+    if (jumps.since_jump_s(now_ns) > 0.7) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("ego jumps: found at any rate of poses and iterations, though an iteration's pose lies between two others") {
+  for (const double pose_s : {0.01, 0.02, 0.05, 0.1})
+    for (const double step_s : {0.1, 0.05, 0.02, 0.01, 0.0083}) {
+      CAPTURE(pose_s);
+      CAPTURE(step_s);
+      CHECK(is_always_found(pose_s, step_s, 1.5));
+      CHECK(!is_always_found(pose_s, step_s, 0.3));
+    }
+  CHECK(is_always_found(0.02, 0.02, 0.8));
+  CHECK(is_always_found(0.01, 0.0083, 0.8));
+}
+
+TEST_CASE("ego jumps: a heading that is off the course by 3 deg is no jump, at any rate of the iterations") {
+  for (const double step_s : {0.2, 0.1, 0.05, 0.02, 0.0083}) {
+    CAPTURE(step_s);
+    EgoJumps jumps;
+    int64_t now_ns = 0;
+    for (double t_s = 0; t_s < 1; t_s += step_s) {
+      TrackerEgo ego;
+      ego.known = true;
+      ego.speed_mps = 80;
+      ego.x_m = 80 * t_s * std::cos(0.052), ego.y_m = 80 * t_s * std::sin(0.052);
+      now_ns = kFirst_ns + std::llround(t_s * 1e9);
+      jumps.follow(now_ns, ego);
+    }
+    CHECK(jumps.since_jump_s(now_ns) == doctest::Approx(1).epsilon(0.21));
+  }
+}
+
 TEST_CASE("ego jumps: a pose that is 0.6 m or 0.6 deg from where speed and yaw rate lead is a jump; 0.4 are not") {
   const auto since = [](double x_m, double y_m, double turn_deg) {
     return follow(0.05, 0.52, [=](TrackerEgo& ego) {
@@ -98,4 +154,28 @@ TEST_CASE(
   last.yaw_rate_rps = 0.4;
   jumps.follow(now_ns + 8 * kStep_ns, last);
   CHECK(jumps.since_jump_s(now_ns + 8 * kStep_ns) == 0.0);
+}
+
+TEST_CASE("ego jumps: a far jump is farther than any vehicle goes, whatever speed is pushed") {
+  const auto since = [](double jump_m, double speed_share) {
+    EgoJumps jumps;
+    int64_t now_ns = 0;
+    for (int32_t k = 0; k < 20; ++k) {
+      now_ns = kFirst_ns + k * kStep_ns;
+      TrackerEgo ego;
+      ego.known = true;
+      ego.x_m = 80 * 0.05 * k + (k >= 10 ? jump_m : 0.0);
+      ego.speed_mps = 80 * speed_share;
+      jumps.follow(now_ns, ego);
+    }
+    return jumps.since_far_jump_s(now_ns);
+  };
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  CHECK(since(0, 1) == kNever);
+  CHECK(since(8, 1) == kNever);
+  CHECK(since(-8, 1) == kNever);
+  CHECK(since(10, 1) == doctest::Approx(0.45));
+  CHECK(since(-10, 1) == doctest::Approx(0.45));
+  // A speed that is never known looks like a jump in each iteration, so no time goes by after the last one.
+  CHECK((since(0, 0) == kNever || since(0, 0) == 0.0));
 }

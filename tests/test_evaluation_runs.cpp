@@ -250,7 +250,7 @@ TEST_CASE("runs: a recording whose path ends in a slash has the folder of its na
   CHECK(error_of([&] { run_logs(options); }).find("two logs have this name") != std::string::npos);
 }
 
-TEST_CASE("hash_input: depends on a file's first and last bytes, its size, a folder's files, and the options") {
+TEST_CASE("hash_input: depends on each byte of a file, on some of a large one, a folder's files, and the options") {
   const TempFolder folder;
   const std::string two(std::size_t(3) << 20, 'x');
   const auto hash = [&](const std::string& text) { return hash_input(folder.write("a", text), ""); };
@@ -259,6 +259,16 @@ TEST_CASE("hash_input: depends on a file's first and last bytes, its size, a fol
   CHECK(hash("y" + two.substr(1)) != first);
   CHECK(hash(two.substr(1) + "y") != first);
   CHECK(hash(two + "x") != first);
+  std::string middle = two;
+  middle[middle.size() / 2] = 'y';
+  CHECK(hash(middle) != first);
+  std::string large(std::size_t(70) << 20, 'x');
+  const std::string of_large = hash(large);
+  large.back() = 'y';
+  CHECK(hash(large) != of_large);
+  large.back() = 'x';
+  std::fill_n(large.begin() + (35 << 20), 4 << 20, 'y');
+  CHECK(hash(large) != of_large);
   CHECK(hash_input(folder.write("a", two), "rig") != first);
   folder.write("bag/1", "one"), folder.write("bag/2", "two");
   const std::string bag = hash_input(folder.path("bag"), "");

@@ -485,13 +485,14 @@ TEST_CASE("lane existence: without a map, a distant car that is not seen is lost
     TrackerParams params = LaneBench::of_best();
     params.lane.coast_sigma_m = coast_sigma_m;
     LaneBench bench(nullptr, params);
-    bench.follow(40);
-    REQUIRE(bench.confirmed() == 1);
-    int32_t k = 40;
-    for (; k < 200 && bench.is_confirmed(); ++k) {
+    int32_t k = 0;
+    const auto step = [&](const std::vector<Measurement>& seen) {
       bench.ego_at(50 * kFrame_s * k - 150);  // a miss says little
-      bench.step(k, {});
-    }
+      bench.step(k++, seen);
+    };
+    while (k < 40) step({seen_car(50 * kFrame_s * k, 0, k)});
+    REQUIRE(bench.confirmed() == 1);
+    while (k < 200 && bench.is_confirmed()) step({});
     return (k - 40) * kFrame_s;
   };
   CHECK(coasts_s(20) == coasts_s(3));
@@ -523,4 +524,42 @@ TEST_CASE("lane existence: the score of a new track is limited as that of an old
   bench.step(0, {z});
   REQUIRE(bench.rows.count == 1);
   CHECK(bench.state().score == -8);
+}
+
+TEST_CASE("lane existence: after a far jump of the ego pose no track stays where nothing was seen since") {
+  const test::CircleRoad ring = test::make_ring(1e6);
+  // Seconds for which a track that is no car's stays confirmed after the jump. The car is seen 30 m ahead all the time.
+  const auto ghost_s = [&](double jump_m, int32_t back_after = INT32_MAX) {
+    LaneBench bench(&ring.map);
+    int32_t last = 39;
+    for (int32_t k = 0; k < 140; ++k) {
+      const double x_m = 60 * kFrame_s * k + (k >= 40 && k < 40 + back_after ? jump_m : 0.0);
+      bench.input.ego = {true, x_m, 0, 0, 60};
+      bench.step(k, {seen_car(x_m + 30, 0, k)});
+      for (int32_t i = 0; i < bench.rows.count; ++i)
+        if (k >= 40 && bench.is_confirmed(i) && std::fabs(bench.rows.x_m[i] - x_m - 30) > 1) last = k;
+    }
+    return kFrame_s * (last - 39);
+  };
+  for (const double jump_m : {-100.0, -30.0, -20.0, 20.0, 60.0, 100.0}) {
+    CAPTURE(jump_m);
+    CHECK(ghost_s(jump_m) <= 0.4);
+    CHECK(ghost_s(jump_m, 1) <= 0.4);
+  }
+}
+
+TEST_CASE("lane existence: a far jump of the ego pose, and back, leaves the cars their tracks") {
+  const test::CircleRoad ring = test::make_ring(1e6);
+  LaneBench bench(&ring.map);
+  TrackId id = kNobody;
+  for (int32_t k = 0; k < 80; ++k) {
+    const double x_m = 60 * kFrame_s * k + (k == 40 ? 50.0 : 0.0);
+    bench.input.ego = {true, x_m, 0, 0, 60};
+    bench.step(k, {seen_car(x_m + 30, 0, k)});
+    if (k == 39) id = bench.ids[0];
+    if (k > 41) CHECK(bench.ids[0] == id);
+  }
+  // A prediction long after the last frame is not a track that was not seen since the jump.
+  bench.tracker->predict(ns_of(79) + 1'500'000'000, bench.rows, bench.states);
+  CHECK(bench.is_confirmed());
 }

@@ -558,3 +558,47 @@ TEST_CASE("lane identity: a hidden car keeps its track where its prediction come
     if (k == 95) CHECK(is_near);
   }
 }
+
+TEST_CASE("lane identity: a car that leaves its track by 2 m has its id and a track of its speed 0.2 s later") {
+  const test::CircleRoad ring = make_ring(1e6);
+  for (const double off_m : {2.0, 3.0, 4.0}) {
+    CAPTURE(off_m);
+    LaneBench bench(&ring.map);
+    double x_m = 0;
+    TrackId id = kNobody;
+    for (int32_t k = 0; k < 60; ++k) {
+      if (k == 40) x_m -= off_m;
+      bench.input.ego = {true, 70 * kFrame_s * k - 30, 0, 0, 70};
+      bench.step(k, {seen_car(x_m, 0, k)});
+      if (k == 39) id = bench.rows.id[0];
+      if (k >= 44) {
+        REQUIRE(bench.confirmed() == 1);
+        CHECK(bench.rows.id[0] == id);
+        CHECK(std::fabs(bench.rows.x_m[0] - x_m) < 0.5);
+        CHECK(std::fabs(bench.rows.speed_mps[0] - 50) < 12);
+      }
+      x_m += (k < 40 ? 70 : 50) * kFrame_s;
+    }
+  }
+}
+
+TEST_CASE("lane identity: a track's time does not go back where another one takes it over") {
+  // From frame 40 on the detections are 56 ms older than their frames, and 3 m behind the track.
+  const test::CircleRoad ring = make_ring(1e6);
+  LaneBench bench(&ring.map);
+  int64_t last_ns = 0;
+  bool was_joined = false;
+  for (int32_t k = 0; k < 60; ++k) {
+    const double age_s = k < 40 ? 0.0 : 0.056, behind_m = k < 40 ? 0.0 : 3.0;
+    bench.input.ego = {true, 70 * kFrame_s * k - 30, 0, 0, 70};
+    Measurement z = seen_car(70 * (kFrame_s * k - age_s) - behind_m, 0, k);
+    z.stamp_ns -= int64_t(age_s * 1e9);
+    bench.step(k, {z});
+    was_joined |= bench.tracker->counts().joined > 0;
+    CHECK(bench.rows.stamp_ns[0] >= last_ns);
+    last_ns = bench.rows.stamp_ns[0];
+  }
+  CHECK(was_joined);
+  CHECK(bench.rows.count == 1);
+  CHECK(std::fabs(bench.rows.x_m[0] - (70 * (kFrame_s * 59 - 0.056) - 3.0)) < 0.5);
+}

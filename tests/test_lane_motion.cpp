@@ -251,6 +251,23 @@ TEST_CASE("lane motion: an update is that of a filter of six elements") {
   CHECK(e.accel_mps2 == accel_mps2);
 }
 
+TEST_CASE("lane motion: a car that has turned round has no acceleration, whatever the update does to its course") {
+  for (const double turn_rad : {0.0, 1.0, 2.0, 2.6}) {
+    CAPTURE(turn_rad);
+    LaneEstimate e;
+    e.mean = {0, 0, 5, 0, 0};
+    for (int i = 0; i < kLaneN; ++i) e.covariance[i][i] = 1;
+    e.covariance[0][2] = e.covariance[2][0] = 0.9;  // a place 20 m behind takes 9 m/s away
+    e.covariance[1][3] = e.covariance[3][1] = 0.5;
+    e.accel_mps2 = 3, e.accel_var = 1;
+    REQUIRE(update_on_lane(e, {.x_m = -20, .y_m = 4 * turn_rad, .var_x = 1, .var_y = 1, .cov_xy = 0}));
+    CHECK(e.mean.speed_mps == doctest::Approx(4));
+    CHECK(wrap_angle(e.mean.course_rad - turn_rad - kPi) == doctest::Approx(0));
+    CHECK(e.accel_mps2 == 0);
+    CHECK(e.accel_var == 0);
+  }
+}
+
 TEST_CASE("lane motion: a step back is CVTR, and adds no noise") {
   std::mt19937_64 random(74);
   for (int n = 0; n < 300; ++n) {

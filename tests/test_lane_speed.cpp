@@ -223,3 +223,72 @@ TEST_CASE("lane speed: the ego vehicle stands, and a car that passes at any spee
           CHECK(bench.rows.count == 1);
         }
 }
+
+TEST_CASE("lane speed: places whose error lasted do not make a car's exact ones look like changes of speed") {
+  const test::CircleRoad road = make_ring(1e6);
+  // The least mean square of the innovations in 60 frames; the places of the first 40 are of that deviation.
+  const auto least_share = [&](double declared_var, double noise_m) {
+    double least = 1e9;
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> noise(0.0, noise_m);
+    LaneBench bench(&road.map);
+    for (int32_t k = 0; k < 40; ++k) {
+      const double x_m = 70 * kFrame_s * k;
+      bench.ego_at(x_m - 30);
+      Measurement z = seen_car(x_m + noise(random), noise(random), k);
+      z.var_x = z.var_y = declared_var;
+      bench.step(k, {z});
+      REQUIRE(bench.rows.count == 1);
+      least = std::min(least, bench.state().along_share);
+    }
+    return least;
+  };
+  CHECK(least_share(0.01, 0.05) < 0.6);
+  CHECK(least_share(0.06, 0.05) == 1.0);
+}
+
+namespace {
+
+// Whether a car has one id before and after frames that are lost. It drives along x from `from_mps` and brakes from
+// frame 40 on; the first frame after the loss is `again`.
+bool is_found(const CircuitMap* map, double from_mps, double brake_mps2, int32_t lost, int32_t again) {
+  LaneBench bench(map);
+  double x_m = 0, v_mps = from_mps;
+  TrackId before = kNobody;
+  for (int32_t k = 0;; ++k) {
+    bench.input.ego = {true, x_m - 30, 0, 0, v_mps};
+    if (k < lost || k == again) {
+      const TrackId id = bench.step(k, {seen_car(x_m, 0, k)})[0];
+      if (k == again) return id == before;
+      before = id;
+    }
+    const double slower_mps = k < 40 ? 0.0 : brake_mps2 * kFrame_s;
+    x_m += (v_mps - 0.5 * slower_mps) * kFrame_s;
+    v_mps -= slower_mps;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("lane speed: a car that brakes hard is the same one after a gap between frames") {
+  const test::CircleRoad road = make_ring(1e6);
+  CHECK(is_found(&road.map, 80, 20, 52, 71));
+  CHECK(is_found(&road.map, 80, 30, 52, 65));
+}
+
+TEST_CASE("lane speed: a new car much faster than expected has one track, though it is missed at first") {
+  const test::CircleRoad road = make_ring(1e6);
+  for (const auto& [missed, step] : {std::pair{3, 1}, std::pair{2, 2}}) {  // 20 Hz, 10 Hz
+    CAPTURE(step);
+    LaneBench bench(&road.map);
+    TrackId first = kNobody, last = kNobody;
+    for (int32_t i = 0; i <= missed + 1; ++i) {
+      const int32_t k = i * step;
+      bench.input.ego = {true, 80 * kFrame_s * k - 20, 0, 0, 80};
+      const bool is_seen = i == 0 || i > missed;
+      bench.step(k, is_seen ? std::vector{seen_car(90 * kFrame_s * k, 0, k)} : std::vector<Measurement>{});
+      if (is_seen) (i == 0 ? first : last) = bench.ids[0];
+    }
+    CHECK(first == last);
+  }
+}

@@ -427,3 +427,83 @@ TEST_CASE("lane tracker: a car that is first seen while it drives across its lan
       }
     }
 }
+
+TEST_CASE("lane tracker: a car that is not seen in a curve is where its lane leads, also after a gap between frames") {
+  for (const double radius_m : {150.0, 300.0}) {
+    CAPTURE(radius_m);
+    const test::CircleRoad ring = make_ring(radius_m);
+    const double v_mps = radius_m < 200 ? 50 : 60;
+    LaneBench bench(&ring.map);
+    TrackId id = kNobody;
+    for (int32_t k = 0; k < 62; ++k) {
+      if (k >= 43 && k < 61) continue;
+      const double way_m = v_mps * kFrame_s * k;
+      const Place at = on_ring(radius_m, way_m), ego = on_ring(radius_m, way_m - 30);
+      bench.input.ego = {true, ego.x_m, ego.y_m, wrap_angle((way_m - 30) / radius_m), v_mps, v_mps / radius_m};
+      const bool is_seen = k < 40 || k == 61;
+      bench.step(k, is_seen ? std::vector{seen_car(at.x_m, at.y_m, k)} : std::vector<Measurement>{});
+      if (k == 39) id = bench.ids[0];
+      if (k == 61) CHECK(bench.ids[0] == id);
+    }
+    CHECK(bench.rows.count == 1);
+  }
+}
+
+namespace {
+
+// A row without ego pose and map, of a car that drives along y.
+Measurement row_along_y(double speed_mps, double t_s, double error_m = 0, double variance = 0.3) {
+  Measurement z = seen_car(30 + error_m, speed_mps * t_s, 0);
+  z.points = 0, z.var_x = z.var_y = variance;
+  z.stamp_ns = std::llround(t_s * 1e9);
+  return z;
+}
+
+}  // namespace
+
+TEST_CASE("lane tracker: two rows a moment apart tell no course, and the car has one track") {
+  for (const double lag_s : {0.001, 0.002, 0.005, 0.01}) {
+    CAPTURE(lag_s);
+    LaneBench bench;
+    bench.input.ego.known = false;
+    bench.input.in_map = false;
+    for (int32_t k = 0; k < 16; ++k) {
+      bench.push({row_along_y(60, kFrame_s * k)});
+      bench.push({row_along_y(60, kFrame_s * k + lag_s, 0.3)});
+      CHECK(bench.rows.count == 1);
+    }
+    CHECK(bench.is_confirmed());
+    CHECK(bench.rows.speed_mps[0] == doctest::Approx(60).epsilon(0.05));
+  }
+}
+
+TEST_CASE("lane tracker: a track waits for its course no longer than 0.12 s, however slow cars may be") {
+  TrackerParams params = LaneBench::of_best();
+  params.birth_sigma_v = 0.1;
+  LaneBench bench(nullptr, params);
+  bench.input.ego.known = false;
+  bench.input.in_map = false;
+  for (int32_t k = 0; k < 5; ++k) {
+    CHECK((k < 4 || bench.state().has_course));
+    bench.push({row_along_y(0.2, kFrame_s * k)});
+    if (k < 3) CHECK(!bench.state().has_course);
+  }
+}
+
+TEST_CASE("lane tracker: the course comes from the time between two rows, also where the second one is older") {
+  LaneBench bench;
+  bench.input.ego.known = false;
+  bench.input.in_map = false;
+  const auto step = [&](double t_s, const std::vector<Measurement>& rows) {
+    std::vector<TrackId> ids(rows.size(), kNobody);
+    bench.input.stamp_ns = std::llround(t_s * 1e9);
+    bench.input.measurements = rows;
+    bench.tracker->step(bench.input, ids.data());
+    bench.tracker->snapshot(bench.rows, bench.states);
+  };
+  step(0, {row_along_y(60, 0, 0, 0.05)});
+  step(0.1, {});
+  step(0.105, {row_along_y(60, 0.06, 0, 0.05)});
+  REQUIRE(bench.rows.count == 1);
+  CHECK(bench.state().estimate.mean.speed_mps == doctest::Approx(56).epsilon(0.08));
+}

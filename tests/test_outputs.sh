@@ -123,6 +123,18 @@ expect "the trace again" "$overtake" run scene --rig av21 --out first --trace tr
 refuse "first/config.toml: is the name of two outputs of this command" run scene --rig av21 --out first --mcap first/config.toml
 [[ $(head -c 1 first/config.toml) == "#" ]] || fail "config.toml is another file now"
 
+# ---- a folder of results belongs to one command until that ends
+expect "the first command" "$overtake" run scene --rig av21 --out held --quiet
+cp held/tracks.csv held_tracks.csv
+for words in "run scene --rig av21" "label scene --rig av21 --frame 0" "simulate demo --seconds 0.1"; do
+  # shellcheck disable=SC2086
+  flock held "$overtake" $words --out held >stdout 2>stderr && fail "$words: writes into a folder in use"
+  [[ $(cat stderr) == "overtake: held: another command writes its results there: wait until it ends, or choose another folder" ]] ||
+    fail "$words into a folder in use: $(head -c 300 stderr)"
+done
+same held/tracks.csv held_tracks.csv "by a command that was refused"
+expect "the next command" "$overtake" run scene --rig av21 --out held --quiet
+
 # ---- symbolic links, folders, devices
 cp mine/tracks.csv victim
 mkdir linked && ln -s ../victim linked/tracks.csv

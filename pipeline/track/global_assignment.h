@@ -10,7 +10,8 @@
 //   estimate(state, dt_s, ahead)    -> Estimate
 //   cost(estimate, z, cost)         false: outside of the policy's gate
 //   alone_cost(state, cost)         optional. True: the track may also stay without a measurement, at this cost
-//   doubt_mps(state)                optional: how much faster than predicted a car may be; widens the distance gate
+//   doubt(state)                    -> Doubt, optional: how much faster than predicted a car may be, and since when;
+//                                   widens the distance gate
 //   travel_m(state, dt_s)           upper limit of the distance between the state's place and the predicted one
 #pragma once
 
@@ -22,6 +23,11 @@
 #include "pipeline/track/track_policy.h"
 
 namespace overtake {
+
+// A car may drive so much faster or slower than its track, and for that time before the track's state.
+struct Doubt {
+  double speed_mps = 0, since_s = 0;
+};
 
 template <class Policy>
 class GlobalAssignment {
@@ -93,7 +99,7 @@ class GlobalAssignment {
     const Iteration& it;
     const TrackHead& head;
     const State& state;
-    double doubt_mps;
+    Doubt doubt;
     int32_t slot, most_near;
   };
 
@@ -129,14 +135,16 @@ class GlobalAssignment {
     bool asked_ = false;
   };
 
-  static double doubt_of(const Policy& policy, const State& state) noexcept {
-    if constexpr (requires { policy.doubt_mps(state); })
-      return policy.doubt_mps(state);
+  static Doubt doubt_of(const Policy& policy, const State& state) noexcept {
+    if constexpr (requires { policy.doubt(state); })
+      return policy.doubt(state);
     else
-      return 0.0;
+      return {};
   }
   // The largest distance of a measurement from the track's prediction after dt_s.
-  double gate_m(const Gated& g, double dt_s) const noexcept { return std::max(gate_m_, g.doubt_mps * std::fabs(dt_s)); }
+  double gate_m(const Gated& g, double dt_s) const noexcept {
+    return std::max(gate_m_, g.doubt.speed_mps * (std::fabs(dt_s) + g.doubt.since_s));
+  }
   // Square of the farthest distance from its state at which a track may match after dt_s.
   double reach_m2(const Policy& policy, const Gated& g, double dt_s) const noexcept {
     const double reach_m = (gate_m(g, dt_s) + policy.travel_m(g.state, dt_s)) * (1.0 + 1e-9);

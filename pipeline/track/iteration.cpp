@@ -21,19 +21,9 @@ TrackerEgo make_sane(const TrackerEgo& ego) {
   return sane;
 }
 
-constexpr double kPoseGap_s = 0.3, kPoseJump_m = 0.5, kPoseJump_rad = 0.5 * kPi / 180.0;
-
-// Whether the speed and the yaw rate lead from one pose to the other. The way has the heading half way.
-bool is_led(const TrackerEgo& from, const TrackerEgo& to, double dt_s) noexcept {
-  if (std::fabs(dt_s) > kPoseGap_s) return false;
-  const double turn_rad = 0.5 * (from.yaw_rate_rps + to.yaw_rate_rps) * dt_s;
-  const double way_m = 0.5 * (from.speed_mps + to.speed_mps) * dt_s;
-  double sine, cosine;
-  sin_cos_f64(from.heading_rad + 0.5 * turn_rad, sine, cosine);
-  const double dx = to.x_m - from.x_m - way_m * cosine, dy = to.y_m - from.y_m - way_m * sine;
-  return dx * dx + dy * dy < kPoseJump_m * kPoseJump_m &&
-         std::fabs(wrap_angle(to.heading_rad - from.heading_rad - turn_rad)) < kPoseJump_rad;
-}
+// A jump is so far, or a share of the way of so long: the published heading may be off the course by the slip angle.
+constexpr double kPoseJump_m = 0.5, kPoseJumpShare = 0.07, kPoseJump_rad = 0.5 * kPi / 180.0;
+constexpr double kPoseGap_s = 0.3, kPoseFade_s = 0.05, kFarJump_m = 5.0;
 
 bool is_measurement(const Measurement& z, int64_t frame_ns) noexcept {
   return std::fabs(z.x_m) <= kMaxPlace_m && std::fabs(z.y_m) <= kMaxPlace_m &&
@@ -126,14 +116,37 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
 
 void EgoJumps::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
   if (!now.known) return;
-  if (!known || !is_led(ego, now, seconds_between(stamp_ns, now_ns))) jumped_ns = now_ns;
-  known = true;
+  const double dt_s = seconds_between(stamp_ns, now_ns);
+  const TrackerEgo last = ego;
   stamp_ns = now_ns;
   ego = now;
+  bool jumps = !last.known || dt_s > kPoseGap_s;
+  if (!jumps) {
+    const double turn_rad = 0.5 * (last.yaw_rate_rps + now.yaw_rate_rps) * dt_s;
+    const double way_m = 0.5 * (last.speed_mps + now.speed_mps) * dt_s, keep = kPoseFade_s / (kPoseFade_s + dt_s);
+    double sine, cosine;  // of the heading half way
+    sin_cos_f64(last.heading_rad + 0.5 * turn_rad, sine, cosine);
+    off_x_m = keep * off_x_m + now.x_m - last.x_m - way_m * cosine;
+    off_y_m = keep * off_y_m + now.y_m - last.y_m - way_m * sine;
+    off_rad = keep * off_rad + wrap_angle(now.heading_rad - last.heading_rad - turn_rad);
+    const double off_m2 = off_x_m * off_x_m + off_y_m * off_y_m;
+    const double speed_mps = 0.5 * std::fabs(last.speed_mps + now.speed_mps);
+    const double most_m = std::max(kPoseJump_m, kPoseJumpShare * speed_mps * (dt_s + kPoseFade_s));
+    const double far_m = kFarJump_m + std::fabs(way_m);
+    jumps = !(off_m2 < most_m * most_m && std::fabs(off_rad) < kPoseJump_rad);
+    if (!(off_m2 < far_m * far_m)) jumped_far_ns = now_ns;
+  }
+  if (!jumps) return;
+  jumped_ns = now_ns;
+  off_x_m = off_y_m = off_rad = 0.0;
 }
 
 double EgoJumps::since_jump_s(int64_t now_ns) const noexcept {
-  return known ? std::fabs(seconds_between(jumped_ns, now_ns)) : std::numeric_limits<double>::infinity();
+  return ego.known ? seconds_between(jumped_ns, now_ns) : std::numeric_limits<double>::infinity();
+}
+
+double EgoJumps::since_far_jump_s(int64_t now_ns) const noexcept {
+  return jumped_far_ns != INT64_MIN ? seconds_between(jumped_far_ns, now_ns) : std::numeric_limits<double>::infinity();
 }
 
 bool is_observed(const Iteration& it, double x_m, double y_m) noexcept {

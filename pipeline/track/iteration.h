@@ -39,15 +39,19 @@ struct TrackHead {
 };
 
 // Finds jumps of the ego poses from iteration to iteration: a pose that speed and yaw rate do not lead to. Then the
-// localisation has corrected itself, and everything around seems to have moved on the map.
+// localisation has corrected itself, and everything around seems to have moved on the map. An iteration's pose lies
+// between two pushed ones, so a jump may come in parts.
 struct EgoJumps {
-  bool known = false;
   int64_t stamp_ns = 0;
-  TrackerEgo ego;         // of the last iteration that had one
-  int64_t jumped_ns = 0;  // stamp of the last jump; the first pose is one
+  TrackerEgo ego;                                // of the last iteration that had one
+  double off_x_m = 0, off_y_m = 0, off_rad = 0;  // sums, fading: how far poses were from where the last ones led
+  int64_t jumped_ns = 0;                         // stamp of the last jump; the first pose is one
+  int64_t jumped_far_ns = INT64_MIN;  // of the last one that no vehicle can make, whatever it pushes as its speed
 
   void follow(int64_t now_ns, const TrackerEgo& now) noexcept;
-  double since_jump_s(int64_t now_ns) const noexcept;  // infinite before the first pose
+  // Infinite before the first one.
+  double since_jump_s(int64_t now_ns) const noexcept;
+  double since_far_jump_s(int64_t now_ns) const noexcept;
 };
 
 // The live tracks at one time, the last ego pose and its jump, and the counts up to then.
@@ -73,13 +77,13 @@ struct Iteration {
   int32_t* row;              // row in the frame
   double* ego_distance_m2;   // from the ego, from the origin if its pose is unknown
   // result of the last run; columns by measurement
-  double since_ego_jump_s;  // infinite before the first ego pose; only of policies that join tracks
-  int64_t work;             // in steps
-  bool limited;             // the work limit shortened the run
-  int32_t* slot;            // of the updated or initiated track, -1 none
-  TrackId* track;           // that track's id; kNobody: none, or not yet settled
-  int32_t* birth;           // that track's birth number while it has no id, else kHasId
-  TrackId* track_before;    // `track` before the iteration ran again
+  double since_ego_jump_s, since_far_ego_jump_s;  // EgoJumps; only of policies that join tracks
+  int64_t work;                                   // in steps
+  bool limited;                                   // the work limit shortened the run
+  int32_t* slot;                                  // of the updated or initiated track, -1 none
+  TrackId* track;                                 // that track's id; kNobody: none, or not yet settled
+  int32_t* birth;                                 // that track's birth number while it has no id, else kHasId
+  TrackId* track_before;                          // `track` before the iteration ran again
   SavedTracks before;
 };
 

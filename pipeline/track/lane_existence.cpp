@@ -32,6 +32,7 @@ constexpr double kPassing_m = 15.0, kBesideRoad_m = 6.0;  // ahead of the ego ve
 constexpr double kPassed_m = 60.0, kPassedShare = 0.25;  // farther behind and slower than this share of the ego's speed
 constexpr double kMoving_mps = 5.0;                      // what is faster does not stand
 constexpr double kFreeCoast_m = 3.0;  // without a map: most deviation of the place of a car that should be seen
+constexpr double kFarJump_s = 0.3;    // after a far jump of the ego pose: what was not seen in that time was elsewhere
 constexpr int64_t kMostVotes = 10;    // after so many votes for one class, more for another one decide
 
 int64_t vote_of(const Measurement& z) {
@@ -243,6 +244,11 @@ bool LanePolicy::has_coasted(const State& s, double most_m) const noexcept {
   return s.unseen_s > lane_.coast_s || !(p[0][0] + p[1][1] <= most_m * most_m);
 }
 
+// The ego pose has jumped so far that the track's place on the map was wrong, and nothing was seen there since.
+bool LanePolicy::is_of_place_before(const State& s) const noexcept {
+  return since_far_jump_s_ > kFarJump_s && s.unseen_s > since_far_jump_s_;
+}
+
 void LanePolicy::lose(State& s) const noexcept {
   s.stage = LaneStage::kLost;
   s.score = std::min(s.score, 0.0);
@@ -260,7 +266,7 @@ void LanePolicy::leave_view(State& s) const noexcept {
   s.visibility = Visibility::kOutside;
   s.is_new = 0;
   follow_map_use(s);
-  if (s.stage == LaneStage::kConfirmed && has_coasted(s, lane_.coast_sigma_m)) lose(s);
+  if (is_confirmed(s) && (has_coasted(s, lane_.coast_sigma_m) || is_of_place_before(s))) lose(s);
 }
 
 // The features tell new cars from other objects. A known car may show very little of itself, so a hit of a track that
@@ -289,7 +295,7 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
     case LaneStage::kConfirmed: {
       const bool is_free = !s.asks_map && s.visibility == Visibility::kMissed;
       const double most_m = is_free ? std::min(lane_.coast_sigma_m, kFreeCoast_m) : lane_.coast_sigma_m;
-      if (!(s.score > lane_.drop_score) || has_coasted(s, most_m)) lose(s);
+      if (!(s.score > lane_.drop_score) || has_coasted(s, most_m) || is_of_place_before(s)) lose(s);
       return true;
     }
     case LaneStage::kLost:

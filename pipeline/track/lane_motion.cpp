@@ -72,6 +72,12 @@ MotionState advance_on_lane(const MotionState& state, const LanePull& lane, doub
   return next;
 }
 
+LanePull lane_after(const LanePull& lane, double speed_mps, double dt_s) noexcept {
+  LanePull after = lane;
+  after.heading_rad += lane.curvature_per_m * speed_mps * dt_s;
+  return after;
+}
+
 void forget_acceleration(LaneEstimate& estimate) noexcept {
   estimate.accel_mps2 = estimate.accel_var = 0.0;
   std::fill_n(estimate.accel_cov, kTrackStateSize, 0.0);
@@ -176,7 +182,8 @@ void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseN
 
 bool update_on_lane(LaneEstimate& estimate, const Measurement& z) noexcept {
   const LaneEstimate before = estimate;
-  if (!update(estimate, z)) return false;
+  bool turned = false;
+  if (!update(estimate, z, &turned)) return false;
   const auto& p = before.covariance;
   const auto& q = before.accel_cov;
   const double xx = p[0][0] + z.var_x, xy = p[1][0] + z.cov_xy, yy = p[1][1] + z.var_y, det = xx * yy - xy * xy;
@@ -186,7 +193,6 @@ bool update_on_lane(LaneEstimate& estimate, const Measurement& z) noexcept {
   estimate.accel_var -= gain_x * q[0] + gain_y * q[1];
   for (int i = 0; i < kTrackStateSize; ++i) estimate.accel_cov[i] = q[i] - gain_x * p[0][i] - gain_y * p[1][i];
   // A car that has turned round drives the other way, and rounding may remove more than there is.
-  const bool turned = std::fabs(wrap_angle(estimate.mean.course_rad - before.mean.course_rad)) > kHalfPi;
   if (turned || !(estimate.accel_var >= 0.0)) forget_acceleration(estimate);
   return true;
 }

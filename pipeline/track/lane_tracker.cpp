@@ -58,6 +58,9 @@ constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostP
 // the variances of its estimate, of path_speed and of path_across, and how much more with the square of the lag.
 constexpr double kSteadyAlong = 0.012, kSteadyAlongLag = 1.1, kSteadyAcross = 0.055, kSteadyAcrossLag = 1.0;
 constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag = 0.4;
+// A track without a course gets one by a measurement to which a car of birth_sigma_speed has come so far (squared, over
+// the measurement's variances), or after this time.
+constexpr double kCourseWay = 0.25, kCourseWait_s = 0.12;
 constexpr int32_t kSteadyHits = 5;                         // with fewer hits the state has not settled
 constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car of this speed is so many deviations off
 constexpr double kFaintGate_d2 = 9.0;
@@ -100,7 +103,7 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
     in_part_ = carver.take<bool>(slots);
     confirmed_ = carver.take<int32_t>(slots);
     owners_ = carver.take<int32_t>(slots);
-    grid_.carve(carver, params.track_capacity, std::hypot(lane_.length_m, lane_.width_m));
+    grid_.carve(carver, params.track_capacity, hypot_f64(lane_.length_m, lane_.width_m));
     claimed_ = carver.take<bool>(rows);
     unclaimed_ = carver.take<Place>(rows);
     path_.carve(carver);
@@ -201,10 +204,10 @@ void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcep
   if (dt_s == 0.0) return;
   forward_in_time = forward_in_time && dt_s > 0.0;
   if (!s.has_course) {
-    if (!forward_in_time) return;
-    spread(s.estimate, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
-    s.unseen_s += dt_s;
-    s.heading_age_s += dt_s;
+    const double unseen_s = std::max(0.0, s.unseen_s + dt_s);
+    spread(s.estimate, params_.birth_sigma_v, s.unseen_s, unseen_s);
+    s.unseen_s = unseen_s;
+    if (forward_in_time) s.heading_age_s += dt_s;
     return;
   }
   const int32_t steps = steps_of(dt_s);
@@ -248,25 +251,40 @@ void LanePolicy::turn_heading(State& s, double dt_s, bool forward_in_time) const
 
 LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noexcept {
   MotionState ahead = s.estimate.mean;
+  LanePull lane = s.lane;
   const int32_t steps = steps_of(dt_s);
-  for (int32_t k = 0; k < steps; ++k) ahead = advance_on_lane(ahead, s.lane, dt_s / steps);
+  const double step_s = dt_s / steps;
+  for (int32_t k = 0; k < steps; ++k) {
+    const double speed_mps = ahead.speed_mps;
+    ahead = advance_on_lane(ahead, lane, step_s);
+    lane = lane_after(lane, speed_mps, step_s);
+  }
   return ahead;
 }
 
-// A new car may be much faster than its track: at a low rate it drives farther than the gate from scan to scan.
-double LanePolicy::doubt_mps(const State& s) const noexcept {
-  return kBirthSigmas * std::sqrt(s.estimate.covariance[2][2]);
+// A new car may be much faster than its track: at a low rate it drives farther than the gate from scan to scan, and
+// where it is missed, from hit to hit. What is known of an acceleration is not in the prediction of look_ahead().
+Doubt LanePolicy::doubt(const State& s) const noexcept {
+  const double sigma_mps = std::sqrt(s.estimate.covariance[2][2]);
+  return {kBirthSigmas * sigma_mps + std::fabs(s.estimate.accel_mps2) * kLongAccel_s,
+          s.hits < kSteadyHits ? s.unseen_s : 0.0};
 }
 
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
   Estimate e = {s.estimate, s.stage == LaneStage::kLost};
   if (!s.has_course) {
-    if (dt_s > 0.0) spread(e, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
+    spread(e, params_.birth_sigma_v, s.unseen_s, std::max(0.0, s.unseen_s + dt_s));
     return e;
   }
   const CourseNoise noise = noise_of(s);
+  LanePull lane = s.lane;
   const int32_t steps = steps_of(dt_s);
-  for (int32_t k = 0; k < steps; ++k) predict_on_lane(e, s.lane, noise, dt_s / steps);
+  const double step_s = dt_s / steps;
+  for (int32_t k = 0; k < steps; ++k) {
+    const double speed_mps = e.mean.speed_mps;
+    predict_on_lane(e, lane, noise, step_s);
+    lane = lane_after(lane, speed_mps, step_s);
+  }
   return e;
 }
 
@@ -309,6 +327,7 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
                              int32_t* measurement_of_slot) noexcept {
   asks_map_ = it.in_map && it.ask_map;
   ego_ = it.ego;
+  since_far_jump_s_ = it.since_far_ego_jump_s;
   knows_range_ = it.ego.known || !it.in_map;
   only_rows_ = asks_map_ == 0 && it.count > 0 && std::none_of(it.measurement, it.measurement + it.count, is_cluster);
   find_places(tracks, it);
@@ -320,6 +339,8 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
 }
 
 // ---- update ---------------------------------------------------------------------------------------------------------
+
+namespace {
 
 // How far a measurement is ahead of the track and to its left, in standard deviations.
 struct Off {
@@ -335,6 +356,8 @@ Off find_off(const TrackEstimate& e, const Measurement& z) noexcept {
   return {(cosine * x_m + sine * y_m) / std::sqrt(cosine * cosine * xx + sine * sine * yy + xy),
           (cosine * y_m - sine * x_m) / std::sqrt(sine * sine * xx + cosine * cosine * yy - xy)};
 }
+
+}  // namespace
 
 // A new track begins with the course of its lane. If the car is far to one side of where that leads, it drives across.
 void LanePolicy::doubt_lane_course(State& s, const Measurement& z) const noexcept {
@@ -354,7 +377,7 @@ void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s
   const Off off = find_off(s.estimate, z);
   const bool is_exact = !error_lasts && may_accelerate(s) && !is_free(s);
   s.lag_along = kLagKeep * s.lag_along + off.along / std::sqrt(is_exact ? std::max(s.along_share, kLeastShare) : 1.0);
-  if (!(s.brake_s > 0.0))
+  if (!(s.brake_s > 0.0) && !error_lasts)
     s.along_share += (1.0 - kShareKeep) * (std::min(off.along * off.along, kMostShare) - s.along_share);
   s.lag_across = kLagKeep * s.lag_across + off.across;
   if (std::fabs(s.lag_across) > kTurnLag * lane_.steady_lag) s.turn_s = kManoeuvre_s;
@@ -416,6 +439,13 @@ void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept 
   s.heading_age_s = 0.0;
 }
 
+// Where nothing told the course of a track, the way from its first measurement to this one does. A moment after the
+// first, the errors of both are longer than the way.
+bool LanePolicy::waits_for_course(const State& s, const Measurement& z) const noexcept {
+  const double way_m = params_.birth_sigma_v * s.unseen_s;
+  return !s.has_course && s.unseen_s < kCourseWait_s && !(way_m * way_m > kCourseWay * (z.var_x + z.var_y));
+}
+
 // A measurement older than the state: back without noise, update, and forward to the state's time without noise.
 void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& z) noexcept {
   const Measurement wide = with_lasting_error(z);
@@ -426,9 +456,10 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   score_hit(slot, s, z, is_known ? &innovation : nullptr);
   if (is_known) watch_for_manoeuvre(s, wide, dt_s, wide.var_x > kLasts * z.var_x);
   if (is_known) doubt_lane_course(s, wide);
-  if (!s.has_course && s.unseen_s > 0.0)
+  const bool waits = waits_for_course(s, wide);
+  if (!s.has_course && !waits)
     s.has_course = find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
-  else
+  else if (s.has_course)
     update_on_lane(s.estimate, wide);
   measure_front(s, z);
   measure_heading(s, z);
@@ -437,7 +468,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   turn_heading(s, 0.0, true);
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;
-  s.unseen_s = 0.0;
+  if (!waits) s.unseen_s = 0.0;
   visibility_[slot] = Visibility::kSeen;  // also where the detection is no hit
   look_at_lane(s);
   if (dt_s < 0.0) move(s, -dt_s, false);

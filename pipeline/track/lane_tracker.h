@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "pipeline/track/global_assignment.h"
 #include "pipeline/track/lane_motion.h"
@@ -87,7 +88,7 @@ class LanePolicy {
   bool cost(const Estimate& e, const Measurement& z, double& cost) const noexcept;
   bool alone_cost(const State& s, double& cost) const noexcept;
   double travel_m(const State& s, double dt_s) const noexcept { return s.estimate.mean.speed_mps * std::fabs(dt_s); }
-  double doubt_mps(const State& s) const noexcept;
+  Doubt doubt(const State& s) const noexcept;
 
  private:
   // lane_tracker.cpp
@@ -107,6 +108,7 @@ class LanePolicy {
   void measure_heading(State& s, const Measurement& z) const noexcept;
   void doubt_lane_course(State& s, const Measurement& z) const noexcept;
   bool is_free(const State& s) const noexcept;
+  bool waits_for_course(const State& s, const Measurement& z) const noexcept;
   void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s, bool error_lasts) const noexcept;
   Measurement with_lasting_error(const Measurement& z) const noexcept;
 
@@ -125,6 +127,7 @@ class LanePolicy {
   bool was_passed(int32_t slot, const State& s) const noexcept;
   void spread_path(const State& s, int32_t first, PathTable& t) const noexcept;
   bool has_coasted(const State& s, double most_m) const noexcept;
+  bool is_of_place_before(const State& s) const noexcept;
   void lose(State& s) const noexcept;
   static int64_t limit_votes(int64_t votes) noexcept;
 
@@ -156,6 +159,7 @@ class LanePolicy {
   PlaceGrid grid_;             // slots by place_
   int32_t* owners_ = nullptr;  // slots of the confirmed tracks that were seen lately
   int32_t owner_count_ = 0;
+  double since_far_jump_s_ = std::numeric_limits<double>::infinity();  // of the ego pose
   // By measurement: whether a confirmed track takes it; the places of the others.
   bool* claimed_ = nullptr;
   Place* unclaimed_ = nullptr;
@@ -172,7 +176,7 @@ inline constexpr const char* kLaneTrackerParams =
     "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
     "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
 
-static_assert(sizeof(LaneTrack) == 38 * 8 + 21 * 8 + 10 * 4);
+static_assert(sizeof(LaneTrack) == 59 * 8 + 10 * 4);
 
 extern template class ReplayTracker<LanePolicy>;
 using LaneTracker = ReplayTracker<LanePolicy>;

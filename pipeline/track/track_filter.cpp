@@ -132,7 +132,7 @@ bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* o
   return true;
 }
 
-bool update(TrackEstimate& estimate, const Measurement& z) noexcept {
+bool update(TrackEstimate& estimate, const Measurement& z, bool* turned) noexcept {
   const Innovator s = make_innovator(estimate, z);
   if (!s.sound) return false;
   const bool was_wide = is_wide(estimate);
@@ -159,7 +159,8 @@ bool update(TrackEstimate& estimate, const Measurement& z) noexcept {
   p.noalias() += gain_r * gain.transpose();
   symmetrise(estimate);
   if (was_wide || z.var_x * z.var_y - z.cov_xy * z.cov_xy < 1e-6 * s.det) keep_positive(estimate);
-  turn_round(estimate);
+  const bool changed = turn_round(estimate);
+  if (turned) *turned = changed;
   return true;
 }
 
@@ -198,8 +199,8 @@ bool find_course(TrackEstimate& estimate, const Measurement& z, double sigma_mps
   return true;
 }
 
-void turn_round(TrackEstimate& estimate) noexcept {
-  if (!(estimate.mean.speed_mps < 0.0)) return;
+bool turn_round(TrackEstimate& estimate) noexcept {
+  if (!(estimate.mean.speed_mps < 0.0)) return false;
   estimate.mean.speed_mps = -estimate.mean.speed_mps;
   estimate.mean.course_rad = wrap_angle(estimate.mean.course_rad + kPi);
   for (int i = 0; i < kTrackStateSize; ++i) {
@@ -207,6 +208,7 @@ void turn_round(TrackEstimate& estimate) noexcept {
     estimate.covariance[2][i] = -estimate.covariance[2][i];
     estimate.covariance[i][2] = -estimate.covariance[i][2];
   }
+  return true;
 }
 
 void keep_sound(TrackEstimate& estimate, bool adds_little) noexcept {

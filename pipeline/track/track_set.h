@@ -38,6 +38,7 @@ class TrackSet {
     if constexpr (JoinsTracks<Policy>) {
       jumps_.follow(it.stamp_ns, it.ego);
       it.since_ego_jump_s = jumps_.since_jump_s(it.stamp_ns);
+      it.since_far_ego_jump_s = jumps_.since_far_jump_s(it.stamp_ns);
     }
     counts_.rejected += it.rejected;
     counts_.unborn += it.unread;
@@ -147,7 +148,7 @@ class TrackSet {
 
   TrackView<State> view() const noexcept { return {params_.track_capacity, alive_count_, head_, state_}; }
 
-  // Of two tracks of one car the elder keeps its slot and its id. Its state has the time of the newer one of both.
+  // Of two tracks of one car the elder keeps its slot and its id. Its state has the later time of both.
   void join_tracks(Iteration& it) noexcept {
     policy_.look_round(view(), it);
     for (int32_t slot = 0; slot < params_.track_capacity; ++slot) {
@@ -156,12 +157,10 @@ class TrackSet {
       if (elder < 0) continue;
       TrackHead &kept = head_[elder], &left = head_[slot];
       const bool is_newer = left.measured_ns > kept.measured_ns;
-      if (policy_.join(state_[elder], state_[slot], is_newer)) {
-        kept.state_ns = left.state_ns;
-      } else if (left.state_ns > kept.state_ns) {
-        policy_.predict(state_[elder], seconds_between(kept.state_ns, left.state_ns));
-        kept.state_ns = left.state_ns;
-      }
+      const bool takes_over = policy_.join(state_[elder], state_[slot], is_newer);
+      const int64_t state_ns = takes_over ? left.state_ns : kept.state_ns;
+      kept.state_ns = std::max(kept.state_ns, left.state_ns);
+      policy_.predict(state_[elder], seconds_between(state_ns, kept.state_ns));
       if (is_newer) {
         kept.measured_ns = left.measured_ns;
         kept.row = left.row;

@@ -18,17 +18,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of a file larger than kBlocks, blocks at even distances: the first, the last, and others between.
 void add_file(const fs::path& path, Hash& hash) {
-  constexpr std::streamoff kPart = 1 << 20;
+  constexpr std::streamoff kBlock = 1 << 20, kBlocks = 64;
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file.tellg();
   if (!file || size < 0) throw io::Error(path.string(), 0, "cannot be read");
   hash.add_value(int64_t(size));
-  std::vector<char> bytes(std::size_t(std::min(size, kPart)));
-  for (const std::streamoff begin : {std::streamoff(0), size - std::streamoff(bytes.size())}) {
+  std::vector<char> bytes(std::size_t(std::min(size, kBlock)));
+  const std::streamoff step = size <= kBlocks * kBlock ? kBlock : (size - kBlock + kBlocks - 2) / (kBlocks - 1);
+  for (std::streamoff begin = 0; begin < size; begin += step) {
     file.seekg(begin);
-    file.read(bytes.data(), std::streamsize(bytes.size()));
-    hash.add_bytes(bytes.data(), bytes.size());
+    file.read(bytes.data(), std::streamsize(std::min(size - begin, kBlock)));
+    hash.add_bytes(bytes.data(), std::size_t(file.gcount()));
   }
 }
 

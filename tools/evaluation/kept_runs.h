@@ -35,9 +35,9 @@ About portable(About about);
 // logs.
 std::string log_file_name(const std::string& log);
 std::string log_stem(const std::string& log);
-// Hash of a log's size and its first and last 1 MiB, for a folder file by file. Hashing 8 GB would take too long, and a
-// log with another seed differs in its first scan. `more`: the options it is read with, as text. Throws io::Error if
-// the file is missing.
+// Hash of a log, for a folder file by file: of up to 64 MiB of a file, else of its size and 64 blocks of 1 MiB at even
+// distances, because hashing 8 GB would take too long. `more`: the options it is read with, as text. Throws io::Error
+// if the file is missing.
 std::string hash_input(const std::string& log, const std::string& more);
 
 inline constexpr const char* kNotThere = "nothing";

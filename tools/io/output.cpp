@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/io/output.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -93,6 +96,17 @@ bool is_below(const std::string& place, const std::string& folder) {
 }
 
 }  // namespace
+
+OutputGuard::FolderLock::FolderLock(const std::string& path)
+    : file_(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  close(file_);
+  throw Error(path, 0, "another command writes its results there: wait until it ends, or choose another folder");
+}
+
+OutputGuard::FolderLock::~FolderLock() {
+  if (file_ >= 0) close(file_);
+}
 
 OutputGuard::OutputGuard(bool force) : force_(force) { current_guard = this; }
 
@@ -232,6 +246,7 @@ void OutputGuard::add_folder(const std::string& path) {
   folder.place = fs::canonical(path, code).string();
   for (const Folder& known : folders_)
     if (known.place == folder.place) return;
+  folder.lock = FolderLock(path);
   read_list(folder);
   folders_.push_back(std::move(folder));
 }

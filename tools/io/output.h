@@ -9,6 +9,7 @@
 //   NAME        if it exists, is replaced if it is an earlier result of Overtake: the list `.overtake` of its folder
 //               contains its size and hash, or its first bytes identify it (MCAP, trace), or it is empty. --force
 //               replaces any other file as well.
+//   A folder of results belongs to one command until that ends: another one that writes there is refused.
 //   never       replaced: a file that the command reads, under any name (device and inode are compared), a folder, a
 //               device. A symbolic link needs --force, which replaces the link and not its target.
 #pragma once
@@ -61,10 +62,26 @@ class OutputGuard {
   struct Pending {
     std::string path, place;  // as given; in its canonical folder
   };
+  // A lock on a folder, which ends with the object or the process. File systems without locks grant every one.
+  class FolderLock {
+   public:
+    FolderLock() = default;
+    explicit FolderLock(const std::string& path);  // throws Error if another command has it
+    FolderLock(FolderLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+    FolderLock& operator=(FolderLock&& other) noexcept {
+      std::swap(file_, other.file_);
+      return *this;
+    }
+    ~FolderLock();
+
+   private:
+    int file_ = -1;
+  };
   struct Folder {
     std::string place;                         // canonical
     std::map<std::string, std::string> files;  // name below it, "HASH SIZE"
     bool has_list = false, made_list = false;
+    FolderLock lock;
   };
   void check_place(const std::string& path, const std::string& place);
   bool is_input(const std::string& path, std::string& which);

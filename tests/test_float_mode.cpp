@@ -1,0 +1,70 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A caller that rounds otherwise, or traps floating-point exceptions, gets the same bytes, and its mode back.
+#include <doctest/doctest.h>
+
+#include <cfenv>
+#include <vector>
+
+#include "tests/support/detector_bench.h"
+
+using namespace overtake::test;
+
+namespace {
+
+constexpr std::size_t kFrames = 4;
+
+void set_usual() { std::fesetenv(FE_DFL_ENV); }
+
+// What a detector publishes while the caller has a mode from before its create on. The callback computes hashes only.
+template <class SetMode>
+std::vector<FrameRecord> records_in(int32_t workers, SetMode&& set_mode) {
+  DetectorBench bench({.workers = workers});
+  for (std::size_t k = 0; k < kFrames; ++k) demo_frame(k);
+  set_mode();
+  bench.create();
+  for (std::size_t k = 0; k < kFrames; ++k) {
+    set_usual();  // the poses are computed here
+    bench.push_ego(k);
+    set_mode();
+    for (int32_t s = 0; s < 3; ++s) REQUIRE(bench.push_scan(k, s) == OVT_OK);
+  }
+  bench.flush();
+  set_usual();
+  bench.destroy();
+  return bench.records;
+}
+
+}  // namespace
+
+TEST_CASE("float mode: the same bytes whatever the caller's rounding, which is his again after each call") {
+  for (const int32_t workers : {1, 2}) {
+    const std::vector<FrameRecord> usual = records_in(workers, set_usual);
+    REQUIRE(usual.size() == kFrames);
+    for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+      CAPTURE(workers);
+      CAPTURE(mode);
+      CHECK(records_in(workers, [&] { std::fesetround(mode); }) == usual);
+    }
+  }
+  DetectorBench bench({});
+  bench.create();
+  std::fesetround(FE_UPWARD);
+  bench.push_scan(0, 0);
+  CHECK(std::fegetround() == FE_UPWARD);
+  ovt_flush(bench.detector);
+  CHECK(std::fegetround() == FE_UPWARD);
+  set_usual();
+}
+
+#ifdef __GLIBC__
+TEST_CASE("float mode: a caller that traps invalid operations is not interrupted by the library's") {
+  if (feenableexcept(FE_INVALID) == -1) return;  // a processor without traps
+  set_usual();
+  for (const int32_t workers : {1, 2}) {
+    const auto trap = [] { feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW); };
+    CHECK(records_in(workers, trap) == records_in(workers, set_usual));
+  }
+}
+#endif
