@@ -123,6 +123,18 @@ expect "the trace again" "$overtake" run scene --rig av21 --out first --trace tr
 refuse "first/config.toml: is the name of two outputs of this command" run scene --rig av21 --out first --mcap first/config.toml
 [[ $(head -c 1 first/config.toml) == "#" ]] || fail "config.toml is another file now"
 
+# ---- names that are no file or folder
+mkfifo pipe.mcap
+for words in "info pipe.mcap" "doctor pipe.mcap --rig av21" "evaluate pipe.mcap --preset paper --out ov"; do
+  # shellcheck disable=SC2086
+  timeout 20 "$overtake" $words >stdout 2>stderr
+  (($? == 1)) && grep -q 'pipe.mcap: is a pipe' stderr || fail "$words: $(head -c 300 stderr)"
+done
+refuse "'': is no name of a folder" run scene --rig av21 --out ""
+cp -r race race_cut && rm race_cut/map.csv && ln -s nowhere race_cut/map.csv
+refuse "race_cut/map.csv: no such file" run race_cut --out ov
+refuse "scene: holds no scan of that frame, 77; it holds frames 0 to 5" label scene --rig av21 --frame 77 --out ov
+
 # ---- a folder of results belongs to one command until that ends
 expect "the first command" "$overtake" run scene --rig av21 --out held --quiet
 cp held/tracks.csv held_tracks.csv
@@ -154,6 +166,7 @@ echo "mine" >judged_1/runs/paper/race/notes.txt
 refuse "*judged_1/runs/paper/race/notes.txt: exists and is not a *" evaluate race.mcap --preset paper --frames 1 --quiet --out judged_1
 [[ $(cat judged_1/runs/paper/race/notes.txt) == mine ]] || fail "evaluate deleted notes.txt"
 expect "merge" "$overtake" merge judged_1 --out merged
+refuse "judged_1/: is given twice" compare judged_1 judged_1/
 expect "merge again" "$overtake" merge judged_1 --out merged
 echo >>merged/report.html
 refuse "merged/report.html: exists and is not a *" merge judged_1 --out merged

@@ -136,6 +136,7 @@ RecordingInfo look_into_folder(const std::string& path) {
   if (fs::is_directory(path, code)) {
     for (fs::directory_iterator at(path, code), end; !code && at != end; at.increment(code))
       files.push_back(at->path().string());
+    if (code) throw io::Error(path, 0, "cannot be listed: " + code.message());
     std::sort(files.begin(), files.end());
   } else if (fs::exists(path, code)) {
     files.push_back(path);

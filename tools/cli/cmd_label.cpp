@@ -54,7 +54,10 @@ int label(const LabelOptions& options) {
   std::string csv = "frame,sensor,points,obstacles\n";
   TextTable table({"frame", "sensor", "points", "obstacles"});
   io::FrameScans frame;
+  int64_t first = -1, last = -1;  // frames of the recording
   for (int64_t n = 0; stream->next(frame) && !interrupted(); ++n) {
+    if (n == 0) first = frame.frame;
+    last = frame.frame;
     progress.show(int64_t(1000 * stream->progress()));
     if (options.frame >= 0 ? frame.frame != options.frame : n % options.every != 0) continue;
     for (const io::SensorScan& scan : frame.scans) {
@@ -71,7 +74,11 @@ int label(const LabelOptions& options) {
     }
   }
   progress.clear();
-  if (table.size() == 0 && !interrupted()) throw io::Error(options.input, 0, "holds no scan of that frame");
+  if (table.size() == 0 && !interrupted()) {
+    const std::string range = first < 0 ? "no frame" : "frames " + std::to_string(first) + " to " + std::to_string(last);
+    throw io::Error(options.input, 0,
+                    "holds no scan of that frame, " + std::to_string(options.frame) + "; it holds " + range);
+  }
   io::write_whole_file(options.out + "/labels.csv", csv);
   if (interrupted()) {
     guard.keep();

@@ -190,7 +190,7 @@ std::string own_file(const std::string& folder, const char* name) {
   std::error_code code;
   if (!fs::is_regular_file(fs::path(folder) / "rig.toml", code)) return "";
   const fs::path path = fs::path(folder) / name;
-  return fs::is_regular_file(path, code) ? path.string() : "";
+  return fs::symlink_status(path, code).type() == fs::file_type::not_found ? "" : path.string();
 }
 
 // Uses the log's own rig, map and ego poses if the options name none.

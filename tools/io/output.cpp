@@ -35,6 +35,7 @@ constexpr std::streamoff kHashedBytes = 4 << 20;  // at either end of a file
 OutputGuard* current_guard = nullptr;
 
 void fail_unless_folder(const std::string& path, const std::error_code& code) {
+  if (path.empty()) throw Error("''", 0, "is no name of a folder");
   if (code) throw Error(path, 0, "the folder cannot be made: " + code.message());
   if (!fs::is_directory(path)) throw Error(path, 0, "the folder cannot be made: a file has this name");
 }
@@ -315,7 +316,9 @@ void OutputGuard::commit() {
 }
 
 void OutputGuard::read_list(Folder& folder) {
-  std::ifstream file(fs::path(folder.place) / kOutputList);
+  const std::string path = (fs::path(folder.place) / kOutputList).string();
+  refuse_special_file(path);
+  std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
     folder.has_list = true;
     const auto first = line.find(' '), second = line.find(' ', first + 1);
@@ -378,6 +381,7 @@ std::string why_partial(const std::string& path) {
     return "the program that wrote it was interrupted or failed: " + std::to_string(count) +
            (count == 1 ? " name ends" : " names end") + " in .part (" + first + ")";
   }
+  refuse_special_file(path);
   std::ifstream file(path, std::ios::binary);
   std::string magic(kMcapMagic.size(), '\0');
   file.read(magic.data(), std::streamsize(magic.size()));
