@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <new>
 #include <stdexcept>
 #include <type_traits>
@@ -75,6 +76,16 @@ bool Detector::enter() {
     log(OVT_LOG_ERROR, calls_back ? "on_frame called something other than ovt_read_...: refused"
                                   : "worker_count 1: a second thread called while one was inside");
   return mine;
+}
+
+ovt_status Detector::refuse_push(const char* function, const char* argument) noexcept {
+  counters_.bad_arguments.fetch_add(1, std::memory_order_relaxed);
+  if (!reported_bad_argument_.exchange(true, std::memory_order_relaxed)) {
+    char text[160];
+    std::snprintf(text, sizeof text, "%s: bad argument: %s", function, argument);
+    log(OVT_LOG_ERROR, text);
+  }
+  return OVT_BAD_ARGUMENT;
 }
 
 ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {

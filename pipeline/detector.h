@@ -60,6 +60,8 @@ class Detector {
   static void destroy(Detector* detector);
   ~Detector();
 
+  // Counts a call with a bad argument. The first one goes to the log with the argument's name.
+  ovt_status refuse_push(const char* function, const char* argument) noexcept;
   ovt_status push_scan(const ovt_points& points);
   ovt_status push_points(const ovt_points& piece);
   ovt_status end_scan(int32_t sensor, int64_t stamp_ns, int32_t point_count);  // point_count -1: unknown
@@ -227,6 +229,7 @@ class Detector {
   // shared by callers and the intake thread
   bool inline_ = true;
   std::atomic<bool> inside_{false}, reported_wrong_thread_{false};  // inline
+  std::atomic<bool> reported_bad_argument_{false};
   Event event_;
   std::atomic<bool> stop_{false};
   enum StartState : int32_t { kStarting, kRunning, kFailed, kNoThread };

@@ -76,21 +76,51 @@ bool good_column(const ovt_column& c, int32_t count, bool required, bool floatin
   return c.size_bytes >= size && (c.size_bytes - size) / c.stride >= size_t(count - 1);
 }
 
-// Checks the arguments of ovt_push_scan and ovt_push_points.
-ovt_status check_points(ovt_detector* detector, const ovt_points* scan) {
-  if (!detector || !scan) return OVT_BAD_ARGUMENT;
-  if (!is_known_size<ovt_points>(scan->struct_size)) return OVT_BAD_VERSION;
-  if (scan->sensor < 0 || scan->sensor >= cpp(detector).sensor_count() || scan->count < 0) return OVT_BAD_ARGUMENT;
-  const int32_t n = scan->count;
-  const bool good = good_column(scan->x, n, true, true) && good_column(scan->y, n, true, true) &&
-                    good_column(scan->z, n, true, true) && good_column(scan->layer, n, true, false) &&
-                    good_column(scan->intensity, n, false, false) && good_column(scan->time, n, false, false) &&
-                    std::isfinite(scan->time_unit_ns);
-  return good ? OVT_OK : OVT_BAD_ARGUMENT;
+// The argument that is wrong, null if none is.
+const char* find_bad_points(const ovt_points& p, int32_t sensor_count) {
+  if (p.sensor < 0 || p.sensor >= sensor_count) return "sensor";
+  if (p.count < 0) return "count";
+  const int32_t n = p.count;
+  if (!good_column(p.x, n, true, true)) return "x (its type, stride, size_bytes or data)";
+  if (!good_column(p.y, n, true, true)) return "y (its type, stride, size_bytes or data)";
+  if (!good_column(p.z, n, true, true)) return "z (its type, stride, size_bytes or data)";
+  if (!good_column(p.layer, n, true, false)) return "layer (its type, stride, size_bytes or data)";
+  if (!good_column(p.intensity, n, false, false)) return "intensity (its type, stride, size_bytes or data)";
+  if (!good_column(p.time, n, false, false)) return "time (its type, stride, size_bytes or data)";
+  return std::isfinite(p.time_unit_ns) ? nullptr : "time_unit_ns";
 }
 
-bool within(double limit, std::initializer_list<double> values) {  // false for NaN
-  return std::all_of(values.begin(), values.end(), [=](double v) { return std::fabs(v) <= limit; });
+const char* find_bad_pose(const ovt_ego_pose& p) {
+  const auto is_beyond = [](double value, double limit) { return !(std::fabs(value) <= limit); };  // true for NaN
+  if (is_beyond(p.x_m, kMaxPlace_m)) return "x_m";
+  if (is_beyond(p.y_m, kMaxPlace_m)) return "y_m";
+  if (is_beyond(p.z_m, kMaxPlace_m)) return "z_m";
+  if (is_beyond(p.roll_rad, kMaxAngle_rad)) return "roll_rad";
+  if (is_beyond(p.pitch_rad, kMaxAngle_rad)) return "pitch_rad";
+  if (is_beyond(p.yaw_rad, kMaxAngle_rad)) return "yaw_rad";
+  if (is_beyond(p.speed_mps, kMaxSpeed_mps)) return "speed_mps";
+  return is_beyond(p.yaw_rate_rps, kMaxYawRate_rps) ? "yaw_rate_rps" : nullptr;
+}
+
+const char* find_bad_detections(const ovt_external_detections& d) {
+  if (d.count < 0) return "count";
+  if (d.count > 0 && (!d.x_m || !d.y_m)) return "x_m or y_m (null)";
+  if (d.reference != OVT_REFERENCE_VEHICLE && d.reference != OVT_REFERENCE_MAP) return "reference";
+  if ((d.var_x == nullptr) != (d.var_y == nullptr)) return "var_x or var_y (one without the other)";
+  for (const double* column :
+       {d.x_m, d.y_m, d.heading_rad, d.var_x, d.var_y, d.cov_xy, d.length_m, d.width_m, d.height_m, d.score})
+    if (d.count > 0 && reinterpret_cast<uintptr_t>(column) % alignof(double) != 0)
+      return "a column (not at the address of a double)";
+  return nullptr;
+}
+
+// Checks the arguments of ovt_push_scan and ovt_push_points.
+ovt_status check_points(ovt_detector* detector, const ovt_points* scan, const char* function) {
+  if (!detector) return OVT_BAD_ARGUMENT;
+  if (!scan) return cpp(detector).refuse_push(function, "a null pointer");
+  if (!is_known_size<ovt_points>(scan->struct_size)) return OVT_BAD_VERSION;
+  const char* bad = find_bad_points(*scan, cpp(detector).sensor_count());
+  return bad ? cpp(detector).refuse_push(function, bad) : OVT_OK;
 }
 
 const char* const kStatusText[] = {
@@ -266,44 +296,41 @@ void ovt_destroy_detector(ovt_detector* detector) {
 }
 
 ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
-  const ovt_status status = check_points(detector, scan);
+  const ovt_status status = check_points(detector, scan, "ovt_push_scan");
   return status == OVT_OK ? guard(detector, [&] { return cpp(detector).push_scan(*scan); }) : status;
 }
 
 ovt_status ovt_push_points(ovt_detector* detector, const ovt_points* piece) {
-  if (const ovt_status status = check_points(detector, piece); status != OVT_OK) return status;
+  if (const ovt_status status = check_points(detector, piece, "ovt_push_points"); status != OVT_OK) return status;
   ovt_points with_first{};  // of a caller whose struct has no `first`
   with_first.first = -1;
   if (!take(*piece, with_first)) return OVT_BAD_VERSION;
-  if (with_first.first < -1) return OVT_BAD_ARGUMENT;
+  if (with_first.first < -1) return cpp(detector).refuse_push("ovt_push_points", "first");
   return guard(detector, [&] { return cpp(detector).push_points(with_first); });
 }
 
 ovt_status ovt_end_scan(ovt_detector* detector, int32_t sensor, int64_t stamp_ns, int32_t point_count) {
-  if (!detector || sensor < 0 || sensor >= cpp(detector).sensor_count() || point_count < -1) return OVT_BAD_ARGUMENT;
-  return guard(detector, [&] { return cpp(detector).end_scan(sensor, stamp_ns, point_count); });
+  if (!detector) return OVT_BAD_ARGUMENT;
+  if (sensor < 0 || sensor >= cpp(detector).sensor_count()) return cpp(detector).refuse_push("ovt_end_scan", "sensor");
+  if (point_count < -1) return cpp(detector).refuse_push("ovt_end_scan", "point_count");
+  const ovt_status status = guard(detector, [&] { return cpp(detector).end_scan(sensor, stamp_ns, point_count); });
+  return status == OVT_BAD_ARGUMENT ? cpp(detector).refuse_push("ovt_end_scan", "point_count") : status;
 }
 
 ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose) {
-  if (!detector || !pose) return OVT_BAD_ARGUMENT;
+  if (!detector) return OVT_BAD_ARGUMENT;
+  if (!pose) return cpp(detector).refuse_push("ovt_push_ego_pose", "a null pointer");
   if (!is_known_size<ovt_ego_pose>(pose->struct_size)) return OVT_BAD_VERSION;
-  if (!within(kMaxPlace_m, {pose->x_m, pose->y_m, pose->z_m}) ||
-      !within(kMaxAngle_rad, {pose->roll_rad, pose->pitch_rad, pose->yaw_rad}) ||
-      !within(kMaxSpeed_mps, {pose->speed_mps}) || !within(kMaxYawRate_rps, {pose->yaw_rate_rps}))
-    return OVT_BAD_ARGUMENT;
+  if (const char* bad = find_bad_pose(*pose)) return cpp(detector).refuse_push("ovt_push_ego_pose", bad);
   return guard(detector, [&] { return cpp(detector).push_ego_pose(*pose); });
 }
 
 ovt_status ovt_push_detections(ovt_detector* detector, const ovt_external_detections* detections) {
-  if (!detector || !detections) return OVT_BAD_ARGUMENT;
+  if (!detector) return OVT_BAD_ARGUMENT;
+  if (!detections) return cpp(detector).refuse_push("ovt_push_detections", "a null pointer");
   ovt_external_detections d{};
   if (!take(*detections, d)) return OVT_BAD_VERSION;
-  if (d.count < 0 || (d.count > 0 && (!d.x_m || !d.y_m))) return OVT_BAD_ARGUMENT;
-  if (d.reference != OVT_REFERENCE_VEHICLE && d.reference != OVT_REFERENCE_MAP) return OVT_BAD_ARGUMENT;
-  if ((d.var_x == nullptr) != (d.var_y == nullptr)) return OVT_BAD_ARGUMENT;
-  for (const double* column :
-       {d.x_m, d.y_m, d.heading_rad, d.var_x, d.var_y, d.cov_xy, d.length_m, d.width_m, d.height_m, d.score})
-    if (d.count > 0 && reinterpret_cast<uintptr_t>(column) % alignof(double) != 0) return OVT_BAD_ARGUMENT;
+  if (const char* bad = find_bad_detections(d)) return cpp(detector).refuse_push("ovt_push_detections", bad);
   return guard(detector, [&] { return cpp(detector).push_detections(d); });
 }
 

@@ -982,6 +982,8 @@ typedef struct ovt_stats {
   int64_t row_orders_wrong;          /* with ovt_detector_def.stream: scans whose layers had other rows than expected
                                         from the scan before, so that a part of the work was done again */
   int64_t refused;                   /* calls that returned OVT_WRONG_THREAD; they changed nothing else */
+  int64_t bad_arguments;             /* ovt_push_..., ovt_end_scan that returned OVT_BAD_ARGUMENT; the log has the first
+                                        one, with the name of the argument */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

@@ -419,6 +419,7 @@ TEST_CASE("detector: every bad scan gets its status, and nothing changes") {
     const int64_t counted = row.status == OVT_TOO_MANY ? 1 : 0;  // this one counts as a scan
     CHECK(small.stats().pushed == before.pushed + counted);
     CHECK(small.stats().dropped == before.dropped + counted);
+    CHECK(small.stats().bad_arguments == before.bad_arguments + (row.status == OVT_BAD_ARGUMENT));
   }
   const ovt_points points = posts.points(0);
   CHECK(ovt_push_scan(nullptr, &points) == OVT_BAD_ARGUMENT);
@@ -426,6 +427,51 @@ TEST_CASE("detector: every bad scan gets its status, and nothing changes") {
   CHECK(small.latest.calls == 0);
   CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);  // the same stamp: the bad scans left no trace
   CHECK(small.latest.calls == 1);
+}
+
+TEST_CASE("detector: a refused push is counted, and the log has the first one with the name of its argument") {
+  const Posts posts(2);
+  const auto first_line = [&](auto&& push_wrong) {
+    std::vector<std::string> lines;
+    Small small;
+    small.def.user = &lines;
+    small.def.on_frame = nullptr;
+    small.def.log = [](ovt_log_level level, const char* text, void* user) {
+      if (level == OVT_LOG_ERROR) static_cast<std::vector<std::string>*>(user)->push_back(text);
+    };
+    small.create();
+    for (int32_t i = 1; i <= 3; ++i) {
+      CHECK(push_wrong(small.detector) == OVT_BAD_ARGUMENT);
+      CHECK(small.stats().bad_arguments == i);
+    }
+    REQUIRE(lines.size() == 1);
+    return lines[0];
+  };
+  CHECK(first_line([&](ovt_detector* detector) {
+          ovt_points points = posts.points(0);
+          --points.z.size_bytes;
+          return ovt_push_scan(detector, &points);
+        }) == "ovt_push_scan: bad argument: z (its type, stride, size_bytes or data)");
+  CHECK(first_line([&](ovt_detector* detector) {
+          ovt_points points = posts.points(0);
+          points.first = -2;
+          return ovt_push_points(detector, &points);
+        }) == "ovt_push_points: bad argument: first");
+  CHECK(first_line([](ovt_detector* detector) { return ovt_end_scan(detector, 7, 0, -1); }) ==
+        "ovt_end_scan: bad argument: sensor");
+  CHECK(first_line([](ovt_detector* detector) {
+          ovt_ego_pose pose;
+          ovt_ego_pose_init(&pose, sizeof pose);
+          pose.speed_mps = std::nan("");
+          return ovt_push_ego_pose(detector, &pose);
+        }) == "ovt_push_ego_pose: bad argument: speed_mps");
+  CHECK(first_line([](ovt_detector* detector) {
+          const double zero = 0;
+          ovt_external_detections rows;
+          ovt_external_detections_init(&rows, sizeof rows);
+          rows.count = 1, rows.x_m = rows.y_m = rows.var_x = &zero;
+          return ovt_push_detections(detector, &rows);
+        }) == "ovt_push_detections: bad argument: var_x or var_y (one without the other)");
 }
 
 TEST_CASE("detector: other bad arguments get their status and change nothing") {

@@ -75,7 +75,8 @@ int label(const LabelOptions& options) {
   }
   progress.clear();
   if (table.size() == 0 && !interrupted()) {
-    const std::string range = first < 0 ? "no frame" : "frames " + std::to_string(first) + " to " + std::to_string(last);
+    const std::string range =
+        first < 0 ? "no frame" : "frames " + std::to_string(first) + " to " + std::to_string(last);
     throw io::Error(options.input, 0,
                     "holds no scan of that frame, " + std::to_string(options.frame) + "; it holds " + range);
   }
