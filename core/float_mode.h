@@ -20,7 +20,7 @@ class FloatMode {
     if (control(before_) != kUsual) write(kUsual);
   }
   ~FloatMode() {
-    if (control(before_) != kUsual) write(before_);
+    if (control(before_) != control(read())) write(before_);
   }
   FloatMode(const FloatMode&) = delete;
   FloatMode& operator=(const FloatMode&) = delete;
@@ -37,10 +37,10 @@ class FloatMode {
   static constexpr Word kUsual = 0;
   static Word read() {
     Word word;
-    __asm__ volatile("mrs %0, fpcr" : "=r"(word));
+    __asm__ volatile("mrs %0, fpcr" : "=r"(word)::"memory");
     return word;
   }
-  static void write(Word word) { __asm__ volatile("msr fpcr, %0" ::"r"(word)); }
+  static void write(Word word) { __asm__ volatile("msr fpcr, %0" ::"r"(word) : "memory"); }
   static Word control(Word word) { return word; }
 #else
 #error "the floating-point mode of this processor is not known"

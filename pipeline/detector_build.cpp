@@ -200,8 +200,8 @@ ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params
   }
   const char* wrong = nullptr;
   bool good = false;
-  if (m.x_m && (m.left_x_m || m.right_x_m))
-    return bad("map: it has a centre line (x_m) and bounds (left_x_m, right_x_m)");
+  if ((m.x_m || m.y_m || m.width_left_m || m.width_right_m) && (m.left_x_m || m.right_x_m))
+    return bad("map: it has a centre line (x_m to width_right_m) and bounds (left_x_m, right_x_m)");
   if (m.left_x_m || m.right_x_m) {
     if (!m.left_x_m || !m.left_y_m || !m.right_x_m || !m.right_y_m) return bad("map: a column of a bound is null");
     good = map_.build_from_bounds(m.left_x_m, m.left_y_m, m.left_count, m.right_x_m, m.right_y_m, m.right_count,

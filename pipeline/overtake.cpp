@@ -292,7 +292,9 @@ ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector
 }
 
 void ovt_destroy_detector(ovt_detector* detector) {
-  if (detector) Detector::destroy(&cpp(detector));
+  if (!detector) return;
+  const FloatMode usual;
+  Detector::destroy(&cpp(detector));
 }
 
 ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
@@ -320,6 +322,7 @@ ovt_status ovt_end_scan(ovt_detector* detector, int32_t sensor, int64_t stamp_ns
 ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose) {
   if (!detector) return OVT_BAD_ARGUMENT;
   if (!pose) return cpp(detector).refuse_push("ovt_push_ego_pose", "a null pointer");
+  const FloatMode usual;  // also where a value is compared
   if (!is_known_size<ovt_ego_pose>(pose->struct_size)) return OVT_BAD_VERSION;
   if (const char* bad = find_bad_pose(*pose)) return cpp(detector).refuse_push("ovt_push_ego_pose", bad);
   return guard(detector, [&] { return cpp(detector).push_ego_pose(*pose); });
@@ -390,6 +393,7 @@ ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, si
 
 ovt_status ovt_set_path_horizon(ovt_reader* reader, double horizon_s) {
   if (!reader) return OVT_BAD_ARGUMENT;
+  const FloatMode usual;
   return cpp(reader).detector->set_path_horizon(cpp(reader), horizon_s);
 }
 

@@ -29,8 +29,8 @@
  * possible before it returns. ovt_push_scan, ovt_push_points, ovt_end_scan, ovt_push_detections, ovt_advance and
  * ovt_flush belong to one thread; a second thread that calls one of them during such a call gets OVT_WRONG_THREAD.
  *
- * Stack of a thread that calls them: 512 KiB; 64 KiB where worker_count is not 1. Each call computes in the usual
- * floating-point mode (round to nearest, no traps) and gives the thread its own one back.
+ * Stack of a thread that calls the library: 512 KiB; 64 KiB where worker_count is not 1. Each call computes in the
+ * usual floating-point mode (round to nearest, no traps), on_frame and log run in it, and the thread gets its own back.
  *
  * fork(): the child may exec or exit. There ovt_destroy_... do nothing, and no other call is allowed. The child does
  * not get the detector's blocks (MADV_DONTFORK, not with `alloc`), so the parent keeps its pages. Stacks and the heap
@@ -298,8 +298,8 @@ typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 /* Logs one sentence per call, on the thread where the event happens: several threads may call it at the same time. It
  * calls no function of the detector. Logs create-time information (ISA, workers, refused requests), and later each
- * exception of a stage or of on_frame, the first refused call (and of each sensor the first one of two producers) and
- * that frames hang. Events of scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
+ * exception of a stage or of on_frame, the first refused call (and of each sensor the first one of two producers), the
+ * first push with a bad argument, and that frames hang. Events of scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished the frame: with
  * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library, or the
@@ -982,8 +982,8 @@ typedef struct ovt_stats {
   int64_t row_orders_wrong;          /* with ovt_detector_def.stream: scans whose layers had other rows than expected
                                         from the scan before, so that a part of the work was done again */
   int64_t refused;                   /* calls that returned OVT_WRONG_THREAD; they changed nothing else */
-  int64_t bad_arguments;             /* ovt_push_..., ovt_end_scan that returned OVT_BAD_ARGUMENT; the log has the first
-                                        one, with the name of the argument */
+  int64_t bad_arguments;             /* calls of ovt_push_... and ovt_end_scan that returned OVT_BAD_ARGUMENT; the log
+                                        tells what was wrong with the first one */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

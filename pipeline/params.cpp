@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstring>
 
+#include "core/float_mode.h"
 #include "core/math.h"
 #include "pipeline/abi.h"
 #include "pipeline/clock_watch.h"
@@ -312,6 +313,7 @@ ovt_status ovt_describe_param_sized(int32_t index, ovt_param_info* out, size_t o
 }
 
 ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value) {
+  const FloatMode usual;
   if (!params || !name || !value) return OVT_BAD_ARGUMENT;
   if (!is_known_size<ovt_params>(params->struct_size)) return OVT_BAD_VERSION;
   const ParamRow* row = find(name);

@@ -90,7 +90,7 @@ bool is_always_found(double pose_s, double step_s, double jump_m) {
 
 }  // namespace
 
-TEST_CASE("ego jumps: found at any rate of poses and iterations, though an iteration's pose lies between two others") {
+TEST_CASE("ego jumps: 1.5 m are found at any rate of iterations, though an iteration's pose lies between two others") {
   for (const double pose_s : {0.01, 0.02, 0.05, 0.1})
     for (const double step_s : {0.1, 0.05, 0.02, 0.01, 0.0083}) {
       CAPTURE(pose_s);
@@ -156,7 +156,7 @@ TEST_CASE(
   CHECK(jumps.since_jump_s(now_ns + 8 * kStep_ns) == 0.0);
 }
 
-TEST_CASE("ego jumps: a far jump is farther than any vehicle goes, whatever speed is pushed") {
+TEST_CASE("ego jumps: a far jump is one that no vehicle can make at the speed that it pushes") {
   const auto since = [](double jump_m, double speed_share) {
     EgoJumps jumps;
     int64_t now_ns = 0;
@@ -176,6 +176,6 @@ TEST_CASE("ego jumps: a far jump is farther than any vehicle goes, whatever spee
   CHECK(since(-8, 1) == kNever);
   CHECK(since(10, 1) == doctest::Approx(0.45));
   CHECK(since(-10, 1) == doctest::Approx(0.45));
-  // A speed that is never known looks like a jump in each iteration, so no time goes by after the last one.
-  CHECK((since(0, 0) == kNever || since(0, 0) == 0.0));
+  // A speed that is pushed as 0 looks like jumps again and again, so hardly any time goes by after the last one.
+  CHECK(since(0, 0) < 0.15);
 }

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <cfenv>
+#include <cmath>
 #include <vector>
 
 #include "tests/support/detector_bench.h"
@@ -21,7 +22,7 @@ void set_usual() { std::fesetenv(FE_DFL_ENV); }
 template <class SetMode>
 std::vector<FrameRecord> records_in(int32_t workers, SetMode&& set_mode) {
   DetectorBench bench({.workers = workers});
-  for (std::size_t k = 0; k < kFrames; ++k) demo_frame(k);
+  for (std::size_t k = 0; k <= kFrames; ++k) demo_frame(k);
   set_mode();
   bench.create();
   for (std::size_t k = 0; k < kFrames; ++k) {
@@ -30,18 +31,18 @@ std::vector<FrameRecord> records_in(int32_t workers, SetMode&& set_mode) {
     set_mode();
     for (int32_t s = 0; s < 3; ++s) REQUIRE(bench.push_scan(k, s) == OVT_OK);
   }
-  bench.flush();
-  set_usual();
+  REQUIRE(bench.push_scan(kFrames, 0) == OVT_OK);  // the last frame is finished where the detector is destroyed
   bench.destroy();
+  set_usual();
   return bench.records;
 }
 
 }  // namespace
 
-TEST_CASE("float mode: the same bytes whatever the caller's rounding, which is his again after each call") {
+TEST_CASE("float mode: the same bytes whatever the caller's rounding, which is back after each call") {
   for (const int32_t workers : {1, 2}) {
     const std::vector<FrameRecord> usual = records_in(workers, set_usual);
-    REQUIRE(usual.size() == kFrames);
+    REQUIRE(usual.size() == kFrames + 1);
     for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
       CAPTURE(workers);
       CAPTURE(mode);
@@ -62,9 +63,24 @@ TEST_CASE("float mode: the same bytes whatever the caller's rounding, which is h
 TEST_CASE("float mode: a caller that traps invalid operations is not interrupted by the library's") {
   if (feenableexcept(FE_INVALID) == -1) return;  // a processor without traps
   set_usual();
-  for (const int32_t workers : {1, 2}) {
-    const auto trap = [] { feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW); };
-    CHECK(records_in(workers, trap) == records_in(workers, set_usual));
-  }
+  const auto trap = [] { feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW); };
+  for (const int32_t workers : {1, 2}) CHECK(records_in(workers, trap) == records_in(workers, set_usual));
+  // Values that are refused.
+  DetectorBench bench({});
+  bench.create();
+  ovt_reader* reader = nullptr;
+  REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+  ovt_ego_pose pose;
+  ovt_ego_pose_init(&pose, sizeof pose);
+  pose.speed_mps = std::nan("");
+  trap();
+  const ovt_status of_pose = ovt_push_ego_pose(bench.detector, &pose);
+  const ovt_status of_horizon = ovt_set_path_horizon(reader, std::nan(""));
+  const ovt_status of_param = ovt_set_param(&bench.params, "tracker.window", "nan");
+  set_usual();
+  CHECK(of_pose == OVT_BAD_ARGUMENT);
+  CHECK(of_horizon == OVT_BAD_ARGUMENT);
+  CHECK(of_param == OVT_OUT_OF_RANGE);
+  ovt_destroy_reader(reader);
 }
 #endif

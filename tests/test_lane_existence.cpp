@@ -529,12 +529,13 @@ TEST_CASE("lane existence: the score of a new track is limited as that of an old
 TEST_CASE("lane existence: after a far jump of the ego pose no track stays where nothing was seen since") {
   const test::CircleRoad ring = test::make_ring(1e6);
   // Seconds for which a track that is no car's stays confirmed after the jump. The car is seen 30 m ahead all the time.
-  const auto ghost_s = [&](double jump_m, int32_t back_after = INT32_MAX) {
+  const auto ghost_s = [&](double jump_m, int32_t back_after = INT32_MAX, int32_t parts = 1, int32_t gap = 0) {
     LaneBench bench(&ring.map);
     int32_t last = 39;
     for (int32_t k = 0; k < 140; ++k) {
-      const double x_m = 60 * kFrame_s * k + (k >= 40 && k < 40 + back_after ? jump_m : 0.0);
-      bench.input.ego = {true, x_m, 0, 0, 60};
+      const double share = k < 40 + back_after ? std::clamp(double(k - 39) / parts, 0.0, 1.0) : 0.0;
+      const double x_m = 60 * kFrame_s * k + share * jump_m;
+      bench.input.ego = {k < 40 || k >= 40 + gap, x_m, 0, 0, 60};
       bench.step(k, {seen_car(x_m + 30, 0, k)});
       for (int32_t i = 0; i < bench.rows.count; ++i)
         if (k >= 40 && bench.is_confirmed(i) && std::fabs(bench.rows.x_m[i] - x_m - 30) > 1) last = k;
@@ -545,6 +546,9 @@ TEST_CASE("lane existence: after a far jump of the ego pose no track stays where
     CAPTURE(jump_m);
     CHECK(ghost_s(jump_m) <= 0.4);
     CHECK(ghost_s(jump_m, 1) <= 0.4);
+    CHECK(ghost_s(jump_m, INT32_MAX, 2) <= 0.4);  // in parts: the poses between two pushed ones
+    CHECK(ghost_s(jump_m, INT32_MAX, 4) <= 0.45);
+    CHECK(ghost_s(jump_m, INT32_MAX, 1, 10) <= 0.4);  // after a gap of 0.5 s
   }
 }
 

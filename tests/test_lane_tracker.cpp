@@ -506,4 +506,14 @@ TEST_CASE("lane tracker: the course comes from the time between two rows, also w
   step(0.105, {row_along_y(60, 0.06, 0, 0.05)});
   REQUIRE(bench.rows.count == 1);
   CHECK(bench.state().estimate.mean.speed_mps == doctest::Approx(56).epsilon(0.08));
+  // A row that is older than the first one changes nothing.
+  for (const double old_s : {-0.02, -0.04}) {
+    CAPTURE(old_s);
+    bench.tracker->restart();
+    step(10, {row_along_y(60, 10, 0, 0.05)});
+    step(10.001, {row_along_y(60, 10 + old_s, 0, 0.05)});
+    for (int32_t k = 1; k <= 3; ++k) step(10 + 0.05 * k, {row_along_y(60, 10 + 0.05 * k, 0, 0.05)});
+    CHECK(bench.rows.count == 1);
+    CHECK(bench.state().estimate.mean.speed_mps == doctest::Approx(60).epsilon(0.04));
+  }
 }

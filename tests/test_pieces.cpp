@@ -10,6 +10,7 @@
 
 #include "tests/support/simulated_race.h"
 #include "tests/support/temp_folder.h"
+#include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/pieces.h"
 #include "tools/evaluation/report.h"
 #include "tools/io/error.h"
@@ -204,7 +205,8 @@ TEST_CASE("pieces: a piece of an indexed log is read from its warm-up on, with t
     const int64_t from_start = bytes_of([&] { run_piece(options, from_s, from_s + 1, 1, a); });
     options.logs = {folder.path("race.mcap")};
     const int64_t by_index = bytes_of([&] { run_piece(options, from_s, from_s + 1, 1, b); });
-    if (from_s == 10) CHECK(double(by_index) < 0.75 * double(from_start));
+    const int64_t hashed = bytes_of([&] { hash_input(options.logs[0], ""); });
+    if (from_s == 10) CHECK(double(by_index - hashed) < 0.75 * double(from_start - hashed));
     const std::vector<Run> runs = read_runs(a), sought = read_runs(b);
     REQUIRE(runs.size() == options.presets.size());
     REQUIRE(sought.size() == runs.size());

@@ -121,20 +121,23 @@ void EgoJumps::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
   stamp_ns = now_ns;
   ego = now;
   bool jumps = !last.known || dt_s > kPoseGap_s;
-  if (!jumps) {
+  if (last.known) {
     const double turn_rad = 0.5 * (last.yaw_rate_rps + now.yaw_rate_rps) * dt_s;
     const double way_m = 0.5 * (last.speed_mps + now.speed_mps) * dt_s, keep = kPoseFade_s / (kPoseFade_s + dt_s);
     double sine, cosine;  // of the heading half way
     sin_cos_f64(last.heading_rad + 0.5 * turn_rad, sine, cosine);
-    off_x_m = keep * off_x_m + now.x_m - last.x_m - way_m * cosine;
-    off_y_m = keep * off_y_m + now.y_m - last.y_m - way_m * sine;
+    const double x_m = now.x_m - last.x_m - way_m * cosine, y_m = now.y_m - last.y_m - way_m * sine;
+    off_x_m = keep * off_x_m + x_m, off_y_m = keep * off_y_m + y_m;
     off_rad = keep * off_rad + wrap_angle(now.heading_rad - last.heading_rad - turn_rad);
-    const double off_m2 = off_x_m * off_x_m + off_y_m * off_y_m;
+    far_x_m = keep * far_x_m + x_m, far_y_m = keep * far_y_m + y_m;
     const double speed_mps = 0.5 * std::fabs(last.speed_mps + now.speed_mps);
     const double most_m = std::max(kPoseJump_m, kPoseJumpShare * speed_mps * (dt_s + kPoseFade_s));
     const double far_m = kFarJump_m + std::fabs(way_m);
-    jumps = !(off_m2 < most_m * most_m && std::fabs(off_rad) < kPoseJump_rad);
-    if (!(off_m2 < far_m * far_m)) jumped_far_ns = now_ns;
+    if (!(off_x_m * off_x_m + off_y_m * off_y_m < most_m * most_m && std::fabs(off_rad) < kPoseJump_rad)) jumps = true;
+    if (!(far_x_m * far_x_m + far_y_m * far_y_m < far_m * far_m)) {
+      jumped_far_ns = now_ns;
+      far_x_m = far_y_m = 0.0;
+    }
   }
   if (!jumps) return;
   jumped_ns = now_ns;

@@ -43,10 +43,11 @@ struct TrackHead {
 // between two pushed ones, so a jump may come in parts.
 struct EgoJumps {
   int64_t stamp_ns = 0;
-  TrackerEgo ego;                                // of the last iteration that had one
-  double off_x_m = 0, off_y_m = 0, off_rad = 0;  // sums, fading: how far poses were from where the last ones led
-  int64_t jumped_ns = 0;                         // stamp of the last jump; the first pose is one
-  int64_t jumped_far_ns = INT64_MIN;  // of the last one that no vehicle can make, whatever it pushes as its speed
+  TrackerEgo ego;  // of the last iteration that had one
+  // How far poses were from where the last ones led: sums that fade. A jump ends the first ones, a far jump the last.
+  double off_x_m = 0, off_y_m = 0, off_rad = 0, far_x_m = 0, far_y_m = 0;
+  int64_t jumped_ns = 0;              // stamp of the last jump; the first pose is one
+  int64_t jumped_far_ns = INT64_MIN;  // of the last one that no vehicle can make at the speed that it pushes
 
   void follow(int64_t now_ns, const TrackerEgo& now) noexcept;
   // Infinite before the first one.

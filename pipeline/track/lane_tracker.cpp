@@ -204,7 +204,7 @@ void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcep
   if (dt_s == 0.0) return;
   forward_in_time = forward_in_time && dt_s > 0.0;
   if (!s.has_course) {
-    const double unseen_s = std::max(0.0, s.unseen_s + dt_s);
+    const double unseen_s = s.unseen_s + dt_s;  // negative: before the first measurement
     spread(s.estimate, params_.birth_sigma_v, s.unseen_s, unseen_s);
     s.unseen_s = unseen_s;
     if (forward_in_time) s.heading_age_s += dt_s;
@@ -273,7 +273,7 @@ Doubt LanePolicy::doubt(const State& s) const noexcept {
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
   Estimate e = {s.estimate, s.stage == LaneStage::kLost};
   if (!s.has_course) {
-    spread(e, params_.birth_sigma_v, s.unseen_s, std::max(0.0, s.unseen_s + dt_s));
+    spread(e, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
     return e;
   }
   const CourseNoise noise = noise_of(s);
@@ -443,7 +443,8 @@ void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept 
 // first, the errors of both are longer than the way.
 bool LanePolicy::waits_for_course(const State& s, const Measurement& z) const noexcept {
   const double way_m = params_.birth_sigma_v * s.unseen_s;
-  return !s.has_course && s.unseen_s < kCourseWait_s && !(way_m * way_m > kCourseWay * (z.var_x + z.var_y));
+  const bool is_told = way_m > 0.0 && way_m * way_m > kCourseWay * (z.var_x + z.var_y);
+  return !s.has_course && s.unseen_s < kCourseWait_s && !is_told;
 }
 
 // A measurement older than the state: back without noise, update, and forward to the state's time without noise.

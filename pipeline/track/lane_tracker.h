@@ -35,7 +35,7 @@ struct LaneTrack {
   double heading_age_s = 1e3;  // since it was measured
   // Existence.
   double score = 0;                  // log odds
-  double unseen_s = 0;               // since the last hit
+  double unseen_s = 0;               // since the last hit; without a course, since the first measurement
   uint64_t history = 0;              // bit k: hit k iterations ago
   int64_t class_votes = 0;           // of its detections: 1 of a car, -1 of debris, limited
   double length_m = 0, width_m = 0;  // of the last detection; 0: never measured

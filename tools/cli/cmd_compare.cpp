@@ -67,9 +67,6 @@ int compare_evaluations(const CompareOptions& options) {
   paths.insert(paths.end(), options.more.begin(), options.more.end());
   for (const std::string& path : paths)
     if (!is_evaluation(path)) throw io::Error(path, 0, "is no result of overtake evaluate: it has no metrics.json");
-  for (std::size_t i = 1; i < paths.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (std::filesystem::equivalent(paths[i], paths[k])) throw io::Error(paths[i], 0, "is given twice");
   if (!options.map.empty()) throw io::Error("--map", 0, "is for two folders of overtake run");
   const std::vector<evaluation::Run> runs = evaluation::read_results(paths);
   const evaluation::Differences found = evaluation::find_differences(runs, runs.empty() ? "" : runs[0].variant);

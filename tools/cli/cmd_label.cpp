@@ -75,6 +75,7 @@ int label(const LabelOptions& options) {
   }
   progress.clear();
   if (table.size() == 0 && !interrupted()) {
+    if (options.frame < 0) throw io::Error(options.input, 0, "holds no frame");
     const std::string range =
         first < 0 ? "no frame" : "frames " + std::to_string(first) + " to " + std::to_string(last);
     throw io::Error(options.input, 0,

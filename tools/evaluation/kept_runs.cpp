@@ -18,15 +18,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a file larger than kBlocks, blocks at even distances: the first, the last, and others between.
+// Of a file larger than kBlockCount blocks, as many at even distances: the first, the last, and others between.
 void add_file(const fs::path& path, Hash& hash) {
-  constexpr std::streamoff kBlock = 1 << 20, kBlocks = 64;
+  constexpr std::streamoff kBlock = 1 << 20, kBlockCount = 64;
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file.tellg();
   if (!file || size < 0) throw io::Error(path.string(), 0, "cannot be read");
   hash.add_value(int64_t(size));
   std::vector<char> bytes(std::size_t(std::min(size, kBlock)));
-  const std::streamoff step = size <= kBlocks * kBlock ? kBlock : (size - kBlock + kBlocks - 2) / (kBlocks - 1);
+  const std::streamoff step =
+      size <= kBlockCount * kBlock ? kBlock : (size - kBlock + kBlockCount - 2) / (kBlockCount - 1);
   for (std::streamoff begin = 0; begin < size; begin += step) {
     file.seekg(begin);
     file.read(bytes.data(), std::streamsize(std::min(size - begin, kBlock)));

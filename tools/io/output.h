@@ -9,9 +9,10 @@
 //   NAME        if it exists, is replaced if it is an earlier result of Overtake: the list `.overtake` of its folder
 //               contains its size and hash, or its first bytes identify it (MCAP, trace), or it is empty. --force
 //               replaces any other file as well.
-//   A folder of results belongs to one command until that ends: another one that writes there is refused.
 //   never       replaced: a file that the command reads, under any name (device and inode are compared), a folder, a
 //               device. A symbolic link needs --force, which replaces the link and not its target.
+//
+// A folder of results (add_folder) belongs to one command until that ends: another one that asks for it is refused.
 #pragma once
 
 #include <sys/types.h>
@@ -62,7 +63,8 @@ class OutputGuard {
   struct Pending {
     std::string path, place;  // as given; in its canonical folder
   };
-  // A lock on a folder, which ends with the object or the process. File systems without locks grant every one.
+  // A lock on a folder, which ends with the object or the process. File systems without locks grant every one, NFS one
+  // to each host.
   class FolderLock {
    public:
     FolderLock() = default;
