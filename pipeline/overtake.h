@@ -299,7 +299,8 @@ typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 /* Logs one sentence per call, on the thread where the event happens: several threads may call it at the same time. It
  * calls no function of the detector. Logs create-time information (ISA, workers, refused requests), and later each
  * exception of a stage or of on_frame, the first refused call (and of each sensor the first one of two producers), the
- * first push with a bad argument, and that frames hang. Events of scans, points and tracks are counters (ovt_stats) and flags, never log lines. */
+ * first push with a bad argument, and that frames hang. Events of scans, points and tracks are counters (ovt_stats) and
+ * flags, never log lines. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished the frame: with
  * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library, or the
