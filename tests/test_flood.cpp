@@ -140,7 +140,8 @@ void check_flood(double seconds) {
                 out.pages_grown, out.heap_calls);
   MESSAGE(text);
   CHECK(s.pushed == int64_t(out.push_ns.size()));
-  CHECK(s.pushed == s.used + s.dropped);
+  CHECK(adds_up(s));
+  CHECK(s.late * 100 <= s.pushed);  // a busy machine stops a producer while the others go on
   CHECK(s.dropped * 2 >= s.pushed);
   CHECK(s.in_flight == 0);
   CHECK(out.heap_calls <= 0);
