@@ -24,7 +24,7 @@
 
 namespace overtake {
 
-// A car may drive so much faster or slower than its track, and for that time before the track's state.
+// A car may drive so much faster or slower than its track, and may have done so for that long before the track's state.
 struct Doubt {
   double speed_mps = 0, since_s = 0;
 };

@@ -21,7 +21,7 @@ TrackerEgo make_sane(const TrackerEgo& ego) {
   return sane;
 }
 
-// A jump is so far, or a share of the way of so long: the published heading may be off the course by the slip angle.
+// A jump is at least so far, and this share of the way: the published heading may be off the course by the slip angle.
 constexpr double kPoseJump_m = 0.5, kPoseJumpShare = 0.07, kPoseJump_rad = 0.5 * kPi / 180.0;
 constexpr double kPoseGap_s = 0.3, kPoseFade_s = 0.05, kFarJump_m = 5.0;
 

@@ -41,9 +41,10 @@ struct CourseNoise {
 };
 
 // One step of at most about 0.1 s. A step back (dt_s < 0) is CVTR and adds no noise: the inverse of the lane's pull
-// would blow up any difference from the lane. The lane at the end of a step at that speed begins the next one.
+// would blow up any difference from the lane.
 MotionState advance_on_lane(const MotionState& state, const LanePull& lane, double dt_s) noexcept;
 void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept;
+// The lane at the end of a step from that speed on, with which the next step begins.
 LanePull lane_after(const LanePull& lane, double speed_mps, double dt_s) noexcept;
 
 // update() of track_filter.h, and of the acceleration. False, nothing changed, when S is not positive definite.
