@@ -567,3 +567,29 @@ TEST_CASE("lane existence: a far jump of the ego pose, and back, leaves the cars
   bench.tracker->predict(ns_of(79) + 1'500'000'000, bench.rows, bench.states);
   CHECK(bench.is_confirmed());
 }
+
+TEST_CASE("lane existence: a far car that is not seen coasts, but not after a far jump of the ego pose") {
+  const test::CircleRoad ring = test::make_ring(1e6);
+  // How long a track stays confirmed from the jump on. A miss of a car 120 m away says little.
+  const auto lasts_s = [&](double jump_m) {
+    LaneBench bench(&ring.map);
+    int32_t k = 0;
+    const auto step = [&](double jumped_m, bool is_seen) {
+      const double x_m = 60 * kFrame_s * k;
+      bench.input.ego = {true, x_m + jumped_m, 0, 0, 60};
+      bench.step(k, is_seen ? std::vector{seen_car(x_m + 120, 0, k)} : std::vector<Measurement>{});
+      ++k;
+    };
+    while (k < 40) step(0, true);
+    REQUIRE(bench.confirmed() == 1);
+    while (k < 120 && bench.is_confirmed()) step(jump_m, false);
+    return kFrame_s * (k - 40);
+  };
+  CHECK(lasts_s(0) > 1);
+  CHECK(lasts_s(4) > 1);
+  for (const double jump_m : {-60.0, -20.0, 20.0}) {
+    CAPTURE(jump_m);
+    CHECK(lasts_s(jump_m) > 0.3);
+    CHECK(lasts_s(jump_m) <= 0.45);
+  }
+}
