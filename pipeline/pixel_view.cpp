@@ -149,10 +149,12 @@ BoxFill PixelView::find_fill(const PixelBox& box, int32_t points, float nearest_
   return {share / max_of(float(looked_at - hidden - empty), 1.0f), share / max_of(float(looked_at - hidden), 1.0f)};
 }
 
-void PixelView::count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept {
+void PixelView::count_smoke(const PixelBox& box, float range_m, float beside_m, SmokeCount& count) const noexcept {
   constexpr float kReach_m = 6.0f;
+  const float beside = min_of(beside_m / max_of(range_m * sensor_.pitch_rad, 1e-3f), float(sensor_.cols));
+  const int32_t cols = std::max(kSmokeCols, int32_t(beside));
   for (int32_t row = box.row_low - kSmokeRows; row <= box.row_high + kSmokeRows; ++row)
-    for (int32_t col = box.col_low - kSmokeCols; col <= box.col_high + kSmokeCols; ++col) {
+    for (int32_t col = box.col_low - cols; col <= box.col_high + cols; ++col) {
       const int32_t point = at(row, col);
       if (point < 0 || !(abs_of(range_of(point) - range_m) <= kReach_m)) continue;
       count.smoke += Reason(part_.kept.points.reason[point]) == Reason::kSmoke;

@@ -89,13 +89,15 @@ constexpr double kMostOfUnseen_m = 0.55;  // at most: what is seen of a distant 
 constexpr double kAcrossOfUnseen = 0.18;  // of the width: mostly a part is missing on both sides
 constexpr double kFewPoints_m2 = 0.32;    // variance over the number of points
 constexpr double kFreeHeading_m = 0.25;   // at psi_VAR, which has an error of its own
+// Of a car in smoke: an end or a side of the cluster is smoke now and then, as bright as the car.
+constexpr double kAlongInSmoke_m = 1.0, kAcrossInSmoke_m = 0.25;
 
 // Covariance of a centre in the vehicle frame.
 struct Covariance {
   double xx, yy, xy;
 };
 Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bool from_var, int32_t points,
-                           double angle_sigma_rad) {
+                           bool in_smoke, double angle_sigma_rad) {
   const double c = double(pose.c), s = double(pose.s), x_m = double(pose.x_m), y_m = double(pose.y_m);
   const double unseen_1 = std::min(kAlongOfUnseen * double(pose.car.unseen_1), kMostOfUnseen_m);
   const double unseen_2 = double(pose.car.unseen_2);
@@ -104,10 +106,13 @@ Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bo
   const double few = kFewPoints_m2 / double(std::max(points, 1));
   const double of_match = double(match.sigma_m);
   const double of_ends = match.fits ? of_match * of_match : unseen_1 * unseen_1 + few;
-  const double along = least + kAlongOfRange * kAlongOfRange * range2 + of_ends;
-  const double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
-                        kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 +
-                        kAcrossOfUnseen * kAcrossOfUnseen * few;
+  double along = least + kAlongOfRange * kAlongOfRange * range2 + of_ends;
+  double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
+                  kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 + kAcrossOfUnseen * kAcrossOfUnseen * few;
+  if (in_smoke) {
+    along += kAlongInSmoke_m * kAlongInSmoke_m;
+    across += kAcrossInSmoke_m * kAcrossInSmoke_m;
+  }
   const double turn = angle_sigma_rad * angle_sigma_rad;  // moves the centre across the line of sight
   return {c * c * along + s * s * across + turn * y_m * y_m, s * s * along + c * c * across + turn * x_m * x_m,
           c * s * (along - across) - turn * x_m * y_m};
@@ -130,8 +135,9 @@ float measure_longest(const Frame& frame, int32_t row, const OrientedBox& box) {
   return longest_m;
 }
 
-// The share of smoke in what returns around a cluster. A sensor that sees little of it counts as one without.
-float find_smoke_share(const StageContext& context, const Frame& frame, int32_t row) {
+// The share of smoke in what returns around a cluster, and up to beside_m to its left and right. A sensor that sees
+// little of it counts as one without.
+float find_smoke_share(const StageContext& context, const Frame& frame, int32_t row, float beside_m) {
   SmokeCount all;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     if (3 * part.reason_count[int32_t(Reason::kSmoke)] < frame.merged.point_count[row]) {
@@ -141,7 +147,7 @@ float find_smoke_share(const StageContext& context, const Frame& frame, int32_t 
     const PixelView view(context.sensors[&part - frame.sensors], part);
     PixelBox pixels;
     view.add_pixels(cluster, pixels);
-    if (pixels.row_high >= 0) view.count_smoke(pixels, frame.merged.nearest_m[row], all);
+    if (pixels.row_high >= 0) view.count_smoke(pixels, frame.merged.nearest_m[row], beside_m, all);
   });
   return float(all.smoke) / float(std::max(all.smoke + all.labelled, 1));
 }
@@ -149,7 +155,14 @@ float find_smoke_share(const StageContext& context, const Frame& frame, int32_t 
 // What is left of smoke looks like anything. A car in smoke is known from before, and its track needs no class.
 bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kSmokeShare = 0.4f;
-  return find_smoke_share(context, frame, row) > kSmokeShare;
+  return find_smoke_share(context, frame, row, 0.0f) > kSmokeShare;
+}
+
+// Whether smoke near the cluster makes its ends doubtful: in front of a car or behind it, smoke may be bright. A near
+// car stands out of it.
+bool has_smoke_beside(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kSmokeShare = 0.1f, kBeside_m = 6.0f, kFrom_m = 12.0f;
+  return frame.merged.nearest_m[row] > kFrom_m && find_smoke_share(context, frame, row, kBeside_m) > kSmokeShare;
 }
 
 // Whether the cluster is a part of the road: the ground beside most of its rows goes on at the same range. Behind the
@@ -248,7 +261,7 @@ int32_t find_front(const StageContext& context, const Frame& frame, int32_t row,
                                  from_var ? kHigher_m : kClearlyHigher_m);
   if (rear == RearEnd::kUnknown) return 0;
   if (rear == RearEnd::kLow) return 1;
-  return from_var || find_smoke_share(context, frame, row) <= kClearOfSmoke ? -1 : 0;
+  return from_var || find_smoke_share(context, frame, row, 0.0f) <= kClearOfSmoke ? -1 : 0;
 }
 
 // psi_VAR, turned to the front of the car and without its error.
@@ -328,13 +341,15 @@ void write_row(const StageContext& context, Frame& frame, int32_t i, int32_t row
   write_pose(frame, i, row, pose.fit);
   frame.detections.map_s_m[i] = frame.places.s_m[row];
   frame.detections.map_d_m[i] = frame.places.d_m[row];
+  const bool in_smoke = has_smoke_beside(context, frame, row);
   const Covariance p = find_covariance(pose.posed, pose.match, pose.fit.from_var, frame.merged.point_count[row],
-                                       context.detect.pose_by_view.angle_sigma_rad);
+                                       in_smoke, context.detect.pose_by_view.angle_sigma_rad);
   views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
   views.view[i] = int32_t(pose.posed.car.view);
   views.road_z_m[i] = pose.heights.road_z_m;
   views.height_m[i] = pose.heights.high_m;
   views.front[i] = pose.front;
+  views.in_smoke[i] = in_smoke;
   views.in_shadow[i] = is_in_own_shadow(context, frame, row) || is_upright_behind(context, frame, row);
 }
 

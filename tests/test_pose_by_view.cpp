@@ -387,6 +387,37 @@ TEST_CASE("pose by view: a few points among smoke are smoke, not faint points of
   CHECK(faint(62.5, 0) == 1);
 }
 
+TEST_CASE("pose by view: smoke beside a car makes its ends doubtful, not smoke far away, and not of a near car") {
+  struct Told {
+    bool in_smoke;
+    double along_m, across_m;  // deviations
+  };
+  const auto look = [](double x_m, const std::vector<Solid>& smoke) {
+    std::vector<Solid> solids = {car_at(x_m, 0)};
+    solids.insert(solids.end(), smoke.begin(), smoke.end());
+    const Looked bench(solids);
+    REQUIRE(bench.frame.detections.count == 1);
+    const DetectionViewTable& v = bench.frame.views;
+    return Told{v.in_smoke[0] != 0, std::sqrt(double(v.var_x[0])), std::sqrt(double(v.var_y[0]))};
+  };
+  const auto at = [](double x_m, double y_m) { return Solid{x_m, y_m, 0, 0.1, 4.0, 0.0, 1.5, -1, 0.05f}; };
+  for (const double side : {-1.0, 1.0}) {
+    const Told told = look(30, {at(27, side * 5.5)});
+    CHECK(told.in_smoke);
+    CHECK(told.along_m == doctest::Approx(1.0).epsilon(0.05));
+    CHECK(told.across_m > 0.25);
+    CHECK_FALSE(look(30, {at(27, side * 12)}).in_smoke);
+    CHECK_FALSE(look(30, {at(18, side * 5.5)}).in_smoke);
+    CHECK_FALSE(look(13, {at(11, side * 5.5)}).in_smoke);
+  }
+  CHECK(look(17, {at(14, 5.5)}).in_smoke);
+  const Told clear = look(30, {});
+  CHECK_FALSE(clear.in_smoke);
+  CHECK(clear.along_m < 0.3);
+  CHECK(clear.across_m < 0.2);
+  CHECK(look(30, {at(18, 5.5)}).along_m == clear.along_m);
+}
+
 TEST_CASE("pose by view: nothing in an incomplete scan is debris") {
   for (const uint32_t mask : {0u, 1u, 2u}) {
     RulesBench bench;

@@ -289,10 +289,10 @@ LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahe
 }
 
 // The error of a detection that shows a part of a car only is the same in the next frames: it counts with a larger
-// covariance.
+// covariance. That of a car in smoke is another one in each frame.
 Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept {
   Measurement r = z;
-  if (!is_cluster(z)) return r;
+  if (!is_cluster(z) || z.in_smoke) return r;
   const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m;
   const bool is_behind = ego_.known && std::fabs(wrap_angle(atan2_f64(dy, dx) - ego_.heading_rad)) > kPi - kBehind_rad;
   const double lasting_m = is_behind ? kBehindLasting_m : kLasting_m;
@@ -455,7 +455,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   Innovation innovation;
   const bool is_known = innovate(s.estimate, wide, &innovation);
   score_hit(slot, s, z, is_known ? &innovation : nullptr);
-  if (is_known) watch_for_manoeuvre(s, wide, dt_s, wide.var_x > kLasts * z.var_x);
+  if (is_known) watch_for_manoeuvre(s, wide, dt_s, z.in_smoke || wide.var_x > kLasts * z.var_x);
   if (is_known) doubt_lane_course(s, wide);
   const bool waits = waits_for_course(s, wide);
   if (!s.has_course && !waits)

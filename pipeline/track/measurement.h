@@ -31,7 +31,8 @@ struct Measurement {
   int32_t view = -1;               // CarView, -1 unknown
   int32_t points = 0;              // of a cluster; 0: a pushed row
   int32_t in_shadow = 0;           // 1: the shadow of the own car may cut off its sides (pose_by_view.cpp)
-  double score = kNotMeasured;     // of a pushed row: its detector's confidence, 0 to 1
+  int32_t in_smoke = 0;         // 1: smoke beside it may count as an end of the car, in one frame and not in the next
+  double score = kNotMeasured;  // of a pushed row: its detector's confidence, 0 to 1
 };
 
 // The rules for looks, lasting errors and clutter are of clusters. A pushed row has no points: its box is another

@@ -141,6 +141,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       z.free_heading = in.heading_source[i] == int32_t(HeadingSource::kVar);
       z.front = views.front[i];
       z.in_shadow = views.in_shadow[i];
+      z.in_smoke = views.in_smoke[i];
       z.points = in.point_count[i];
       z_m = double(views.road_z_m[i]);
     }
