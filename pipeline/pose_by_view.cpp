@@ -90,7 +90,7 @@ constexpr double kAcrossOfUnseen = 0.18;  // of the width: mostly a part is miss
 constexpr double kFewPoints_m2 = 0.32;    // variance over the number of points
 constexpr double kFreeHeading_m = 0.25;   // at psi_VAR, which has an error of its own
 // Of a car in smoke: an end or a side of the cluster is smoke now and then, as bright as the car.
-constexpr double kAlongInSmoke_m = 1.0, kAcrossInSmoke_m = 0.25;
+constexpr double kAlongInSmoke_m = 0.8, kAcrossInSmoke_m = 0.25;
 
 // Covariance of a centre in the vehicle frame.
 struct Covariance {

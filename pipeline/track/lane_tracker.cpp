@@ -455,7 +455,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   Innovation innovation;
   const bool is_known = innovate(s.estimate, wide, &innovation);
   score_hit(slot, s, z, is_known ? &innovation : nullptr);
-  if (is_known) watch_for_manoeuvre(s, wide, dt_s, z.in_smoke || wide.var_x > kLasts * z.var_x);
+  if (is_known) watch_for_manoeuvre(s, wide, dt_s, wide.var_x > kLasts * z.var_x);
   if (is_known) doubt_lane_course(s, wide);
   const bool waits = waits_for_course(s, wide);
   if (!s.has_course && !waits)
