@@ -76,8 +76,8 @@ class PixelView {
   LevelPoints find_level(int32_t point, float high_m) const noexcept;
   // For a cluster of so many points. Of a large box some rows and columns are looked at.
   BoxFill find_fill(const PixelBox& box, int32_t points, float nearest_m) const noexcept;
-  // Adds the pixels in the box, in drop_smoke's window around it, and up to beside_m to its left and right, whose ranges
-  // differ from range_m by 6 m at most.
+  // Adds the pixels in the box, in drop_smoke's window around it, and up to beside_m to its left and right, at ranges
+  // that differ from range_m by 6 m at most.
   void count_smoke(const PixelBox& box, float range_m, float beside_m, SmokeCount& count) const noexcept;
 
  private:
