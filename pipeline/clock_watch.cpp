@@ -15,7 +15,10 @@ StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
   if (is_sensor && !any_sensor_ && (ahead > max_gap_ns_ || ahead < -kLateNs)) return jump(source, stamp_ns);
 
   const Others others = look_at_others(source);
-  if (is_good(source, stamp_ns, others)) return take_good(source, stamp_ns);
+  if (is_good(source, stamp_ns, others)) {
+    if (others.good > 0) s.leads.add(difference_ns(stamp_ns, others.newest_ns));
+    return take_good(source, stamp_ns);
+  }
 
   const bool continued = is_sensor && !s.continued && continues(source, stamp_ns);
   s.keeps_pace = is_sensor && keeps_pace(source, stamp_ns);
@@ -81,18 +84,23 @@ bool ClockWatch::is_good(int32_t source, int64_t stamp_ns, const Others& others)
   if (others.good == 0) return ahead <= longest_gap_ns(sources_[source]);
   const int64_t lead = difference_ns(stamp_ns, others.newest_ns);
   if (lead <= near_ns_) return true;
-  if (source == kExternal || !continues(source, stamp_ns)) return false;
+  if (source == kExternal) return false;
+  const int64_t most_ns = kLateNs - 2 * near_ns_;  // beyond it the others would become late
+  // No step: the others are always so far behind, because their scans take longer on their way.
+  if (lead <= std::min(later_ns(sources_[source].leads.usual_ns(), tolerance_ns_), most_ns)) return true;
+  if (!continues(source, stamp_ns)) return false;
   // No step: since the others' newest stamp, this sensor has delivered one each interval. The others lose scans.
   if (lead <= near_ns_ + (others.since - 1) * interval_of(sources_[source])) return true;
-  // No step: the others are overdue, or one of two drifts. The limit is where the others would become late.
-  return others.fresh <= 1 && lead <= kLateNs - 2 * near_ns_;
+  // No step: the others are overdue, or one of two drifts.
+  return others.fresh <= 1 && lead <= most_ns;
 }
 
 // Whether a sensor's stamp continues the earlier ones: its last good stamp, or the first held one after that.
 bool ClockWatch::continues(int32_t source, int64_t stamp_ns) const noexcept {
   const Source& s = sources_[source];
   const int64_t last_ns = (held_ >> source & 1u) && s.continued ? s.suspect_ns : s.good_ns;
-  return s.any && difference_ns(stamp_ns, last_ns) <= tolerance_ns_ + interval_of(s);
+  const int64_t interval_ns = s.interval_ns > 0 ? interval_of(s) : kMostPeriods * period_ns_;  // of its second stamp
+  return s.any && difference_ns(stamp_ns, last_ns) <= tolerance_ns_ + interval_ns;
 }
 
 // Whether a sensor's stamp is no further from its last good one than the others came meanwhile, by the number of their
@@ -126,7 +134,7 @@ int64_t ClockWatch::longest_gap_ns(const Source& source) const noexcept {
 }
 
 int64_t ClockWatch::interval_of(const Source& source) const noexcept {
-  return std::clamp(source.interval_ns, period_ns_, 4 * period_ns_);
+  return std::clamp(source.interval_ns, period_ns_, kMostPeriods * period_ns_);
 }
 
 // During the first two rounds, while only one of several sensors has a good stamp.
@@ -207,7 +215,10 @@ void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
 void ClockWatch::accept(int32_t source) noexcept {
   held_ &= ~(1u << source);
   accepted_ |= 1u << source;
-  if (sources_[source].suspects > 0) note_good(source, sources_[source].suspect_ns);
+  Source& s = sources_[source];
+  if (s.suspects == 0) return;
+  s.leads.add(difference_ns(s.suspect_ns, s.base_ns));
+  note_good(source, s.suspect_ns);
 }
 
 void ClockWatch::reject(int32_t source) noexcept {

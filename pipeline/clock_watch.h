@@ -10,6 +10,9 @@
 //   by more than the frame tolerance and a period           paused. Held until the other sensors deliver newer stamps.
 //                                                           Good if the sensor has delivered one stamp each interval
 //                                                           since then: the others lose scans
+//   ahead by no more than usual (the last 8 to 16 good      good: the others' scans take longer on their way
+//   stamps) and the frame tolerance, and by at most 0.5 s
+//   less twice the sum of tolerance and period
 //   no other sensor is good: more than 1 s ahead, or of a   suspect
 //   slower source more than two intervals and the tolerance
 //   else                                                    good
@@ -38,7 +41,7 @@
 //
 // Two sensors form no majority. If one steps ahead, it is the suspect; if one steps back, neither is. If two drift
 // apart without a step, both are good up to the lateness that out-of-sequence frames allow; beyond it the one ahead is
-// the suspect.
+// the suspect. Before its second stamp a sensor's interval is not known: a step of up to four periods is none.
 //
 // Pushed detections are compared with the sensors and never move the sensors' clock. While no sensor is good, they are
 // the clock.
@@ -112,13 +115,27 @@ class ClockWatch {
 
  private:
   static constexpr int32_t kAgreeing = 3;
-  static constexpr int32_t kMaxRatio = 16;               // largest ratio of two sources' rates
+  static constexpr int64_t kMostPeriods = 4;  // longest interval of a sensor that counts as regular, in periods
+  static constexpr int32_t kMaxRatio = 16;    // largest ratio of two sources' rates
   static constexpr int64_t kSlowestNs = 10'000'000'000;  // interval of a source: the longest frame.period
   // Stamps without a good one of a sensor after which the sensor is no evidence, if they cannot be compared with a
   // usual number, or if the others contradicted the source's suspect stamps by going on without it: a short gap of all
   // others does not make a wrong clock right.
   static constexpr int32_t kLongPatience = 24;
   static_assert(kMaxRatio < kLongPatience && kLongPatience < 2 * kMaxRatio);
+  // How far a sensor's good stamps were ahead of the newest one of the others when they came: the most of the last 8 to
+  // 16. Sensors whose scans take longer on their way are behind by so much for ever.
+  struct Leads {
+    static constexpr int32_t kMany = 8;
+    int64_t most_ns = INT64_MIN, before_ns = INT64_MIN;  // of the last ones, and of kMany before them
+    int32_t count = 0;
+    void add(int64_t lead_ns) noexcept {
+      if (count == kMany) before_ns = std::exchange(most_ns, INT64_MIN), count = 0;
+      most_ns = std::max(most_ns, lead_ns);
+      ++count;
+    }
+    int64_t usual_ns() const noexcept { return std::max(most_ns, before_ns); }
+  };
   struct Source {
     bool any = false;            // had a good stamp
     bool silent = false;         // according to the time from ovt_advance
@@ -139,6 +156,7 @@ class ClockWatch {
     // went on from there.
     bool is_opposed = false, contradicted = false;
     int64_t others_ns = 0;
+    Leads leads;
   };
   // Number of stamps of one source since a sensor's last good stamp, and in the sensor's last two intervals that had
   // any: an interval without one tells nothing of the rate at which the source will come back. 0: not known yet.

@@ -499,13 +499,17 @@ static inline ovt_points ovt_default_points(void) {
  *                                                 new: after 24 of its stamps). Else counted as `late`;
  *                                                 suspect_mask names the sensor. ovt_flush ends the wait:
  *                                                 counted as `late`. Not held, but used, if the sensor came there with
- *                                                 a stamp in each of its intervals (the others lose scans). Not held,
+ *                                                 a stamp in each of its intervals (the others lose scans), or is
+ *                                                 ahead by no more than frame.tolerance_s over the most of its last 8
+ *                                                 to 16 good stamps, when they came, and by at most 0.5 s less twice
+ *                                                 the sum (the others' scans take longer on their way). Not held,
  *                                                 but `late`, if it is over 1 s (3 periods, if longer) ahead of the
  *                                                 newest stamp
  *   else                                          used
  *
  * Two sensors form no majority. If one steps ahead, it is the suspect. If two drift apart, both are used up to 0.5 s
- * less twice the sum of tolerance and period; beyond that the one ahead is the suspect.
+ * less twice the sum of tolerance and period; beyond that the one ahead is the suspect. Of three sensors and more, one
+ * whose scans always arrive earlier than those of all others, by more than the sum, is a suspect: their clocks agree.
  * After a gap of over 1 s (3 periods, if longer), or when a clock went back, the library accepts the third consistent
  * stamp in a row, if more sensors report the new time than deliver good stamps (OVT_FLAG_CLOCK_JUMP: the tracker
  * restarts). The two scans before it are counted as `dropped`. Stamps are consistent if each is newer than the last by

@@ -143,6 +143,35 @@ TEST_CASE("clock_watch: what overrules a wrong clock is no longer named as wrong
   CHECK(watch.suspect_mask() == 0u);
 }
 
+TEST_CASE("clock_watch: scans that are always longer on their way make no clock wrong, also where some are lost") {
+  for (const auto& [interval_ms, late_interval_ms] : {std::pair{50, 50}, {50, 100}, {100, 50}, {25, 25}})
+    for (const int64_t late_ms : {40, 60, 80, 120, 200})
+      for (int64_t phase_ms = 0; phase_ms < late_interval_ms; phase_ms += 10)
+        for (const int32_t lost : {0, 1, 3, 20})
+          for (const int32_t late_sensors : {1, 2}) {
+            const int64_t period_ms = std::min(interval_ms, late_interval_ms);
+            if (late_sensors == 2 && 2 * late_ms > 3 * period_ms) continue;  // a majority against the first one
+            CAPTURE(interval_ms);
+            CAPTURE(late_interval_ms);
+            CAPTURE(late_ms);
+            CAPTURE(phase_ms);
+            CAPTURE(lost);
+            CAPTURE(late_sensors);
+            const int64_t step_ns = interval_ms * kMs, gap_ns = 20 * step_ns;
+            std::vector<Feed> feeds = {{0, 0, gap_ns, step_ns, 0},
+                                       {0, gap_ns + lost * step_ns, gap_ns + 4 * kSecond, step_ns, 0}};
+            for (int32_t s = 1; s <= late_sensors; ++s)
+              feeds.push_back(
+                  {s, (phase_ms + late_ms) * kMs, gap_ns + 4 * kSecond, late_interval_ms * kMs, -late_ms * kMs});
+            const Verdicts verdicts = classify(feeds, 1 + late_sensors, period_ms * kMs);
+            CHECK(verdicts.jumps == 0);
+            const int32_t most = late_sensors == 1 ? 0 : 8;  // of 60 and more
+            CHECK(verdicts.lost[0] <= most);
+            CHECK(verdicts.lost[1] <= most);
+            for (std::size_t i = 2; i < feeds.size(); ++i) CHECK(verdicts.lost[i] == 0);
+          }
+}
+
 TEST_CASE("clock_watch: when all sensors stop, detections go on at any rate; those of a new source wait for 24") {
   for (const int64_t hz : {2, 5, 10, 13, 20, 30, 60, 100})
     for (int64_t phase = 0; phase < 4; ++phase) {
