@@ -214,8 +214,9 @@ void write_pose(Frame& frame, int32_t i, int32_t row, const RectangleFit& fit) n
   out.sensor_mask[i] = merged.sensor_mask[row];
 }
 
-CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_1, float sensor_2) noexcept {
-  constexpr float kMostOfFlank = 0.6f;
+CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_1, float sensor_2,
+                     const CutEnds& cut) noexcept {
+  constexpr float kMostOfFlank = 0.6f, kUnseenOfFarEnd = 0.3f;
   // Far away few rows and columns hit a car, and the seen end lies inside the real one: by 0.2 m at 90 m, 0.4 m at
   // 110 m in simulated races.
   constexpr float kInset = 0.012f, kNoInset_m = 75.0f, kMostInset_m = 0.4f;
@@ -227,7 +228,17 @@ CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_
                    : ahead < 0.0f ? CarView::kRear
                                   : CarView::kFront,
                    max_of(size.length_m - seen.length(), 0.0f), max_of(size.width_m - seen.width(), 0.0f)};
-  if (car.unseen_1 > 0.0f) {
+  const bool is_beside = abs_of(left) > 0.5f * size.width_m;  // and sees a flank, with both of its ends
+  const bool is_cut = cut.low_1 || cut.high_1;
+  if (car.unseen_1 > 0.0f && is_cut) {
+    const bool sees_low = !cut.low_1 && (is_beside || ahead < 0.0f);
+    const bool sees_high = !cut.high_1 && (is_beside || ahead >= 0.0f);
+    if (sees_low) car.center_1 = seen.low_1 + 0.5f * size.length_m;
+    if (sees_high) car.center_1 = seen.high_1 - 0.5f * size.length_m;
+    car.knows_no_end = !sees_low && !sees_high;
+    // The end that is farther away may show little of itself.
+    if (!car.knows_no_end) car.unseen_1 *= sees_low == (ahead < 0.0f) ? 0.0f : kUnseenOfFarEnd;
+  } else if (car.unseen_1 > 0.0f) {
     if (ahead < 0.0f) {
       const float inset_m = min_of(max_of(kInset * (-ahead - kNoInset_m), 0.0f), kMostInset_m);
       car.center_1 = seen.low_1 - inset_m + 0.5f * size.length_m;
@@ -236,8 +247,14 @@ CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_
       car.center_1 = seen.high_1 - 0.5f * size.length_m;
     }
   }
-  const bool sees_flank = beside || (abs_of(ahead) <= size.length_m && abs_of(left) > 0.5f * size.width_m);
-  if (sees_flank && car.unseen_2 > 0.0f && seen.length() >= kMostOfFlank * size.length_m) {
+  if (car.unseen_2 > 0.0f && cut.low_2 != cut.high_2) {
+    car.center_2 = cut.high_2 ? seen.low_2 + 0.5f * size.width_m : seen.high_2 - 0.5f * size.width_m;
+    car.unseen_2 = 0.0f;
+    return car;
+  }
+  const bool sees_flank = beside || (abs_of(ahead) <= size.length_m && is_beside);
+  const bool sees_most = sees_flank && seen.length() >= kMostOfFlank * size.length_m;
+  if (car.unseen_2 > 0.0f && (sees_most || (is_cut && is_beside))) {
     car.center_2 = left < 0.0f ? seen.low_2 + 0.5f * size.width_m : seen.high_2 - 0.5f * size.width_m;
     car.unseen_2 = 0.0f;
   }

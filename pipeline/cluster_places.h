@@ -112,14 +112,21 @@ inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float 
 //           else the middle of what is seen
 //   across  the middle of what is seen; from the side, or from less than a length beside its ends: the near flank plus
 //           half a width, if most of the flank is seen
+// An end that the edge of the field of view cuts off is not seen: then the other one, if the sensor sees it or the
+// flank, minus or plus half a length; else the middle. A side that is cut off: the other one, minus or plus half a width.
 struct CarAnchor {
   float center_1, center_2;
   CarView view;
-  float unseen_1, unseen_2;  // length and width not seen; unseen_1 is 0 at a known rear end, but not beside the sensor
+  float unseen_1, unseen_2;   // length and width not seen; unseen_1 is 0 at a known end, but not beside the sensor
+  bool knows_no_end = false;  // along: both may be cut off
+};
+struct CutEnds {
+  bool low_1 = false, high_1 = false, low_2 = false, high_2 = false;
 };
 struct CarSize {
   float length_m, width_m, front_length_m;
 };
-CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_1, float sensor_2) noexcept;
+CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_1, float sensor_2,
+                     const CutEnds& cut = {}) noexcept;
 
 }  // namespace overtake

@@ -9,6 +9,7 @@
 #include "kernels/heading_grid.h"
 #include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
+#include "pipeline/cut_ends.h"
 #include "pipeline/free_heading.h"
 #include "pipeline/pixel_view.h"
 
@@ -27,8 +28,14 @@ struct Posed {
     y_m = center_1 * s + car.center_2 * c;
   }
 };
-Posed pose_at(const CarSize& size, const float* sensor_m, float c, float s, const OrientedBox& box) {
-  Posed pose = {c, s, box, anchor_car(size, box, sensor_m[0] * c + sensor_m[1] * s, sensor_m[1] * c - sensor_m[0] * s)};
+Posed pose_at(const StageContext& context, const Frame& frame, int32_t row, float c, float s, const OrientedBox& box) {
+  const DetectParams& params = context.detect;
+  const CarSize size = {params.fit_rectangle.length_m, params.fit_rectangle.width_m,
+                        params.pose_by_view.front_length_m};
+  const float* const at_m = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t;
+  Posed pose = {c, s, box,
+                anchor_car(size, box, at_m[0] * c + at_m[1] * s, at_m[1] * c - at_m[0] * s,
+                           find_cut_ends(context, frame, row, c, s, box))};
   pose.move_to(pose.car.center_1);
   return pose;
 }
@@ -99,7 +106,8 @@ struct Covariance {
 Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bool from_var, int32_t points,
                            bool in_smoke, double angle_sigma_rad) {
   const double c = double(pose.c), s = double(pose.s), x_m = double(pose.x_m), y_m = double(pose.y_m);
-  const double unseen_1 = std::min(kAlongOfUnseen * double(pose.car.unseen_1), kMostOfUnseen_m);
+  const double of_unseen = kAlongOfUnseen * double(pose.car.unseen_1);
+  const double unseen_1 = pose.car.knows_no_end ? of_unseen : std::min(of_unseen, kMostOfUnseen_m);
   const double unseen_2 = double(pose.car.unseen_2);
   const double range2 = x_m * x_m + y_m * y_m;
   const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
@@ -237,14 +245,10 @@ void anchor_to_seen_side(const StageContext& context, const Frame& frame, int32_
 
 // The pose of a cluster as a car with this heading, which is not that of its box in `places`.
 Posed pose_along(const StageContext& context, const Frame& frame, int32_t row, double heading_rad) {
-  const DetectParams& params = context.detect;
-  const CarSize size = {params.fit_rectangle.length_m, params.fit_rectangle.width_m,
-                        params.pose_by_view.front_length_m};
   double s, c;
   sin_cos_f64(heading_rad, s, c);
   const OrientedBox box = measure_box(frame, row, float(c), float(s));
-  return pose_at(size, context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t, float(c), float(s),
-                 trim_box(context, frame, row, float(c), float(s), box));
+  return pose_at(context, frame, row, float(c), float(s), trim_box(context, frame, row, float(c), float(s), box));
 }
 
 // Where the front of a car is: 1 along the heading of its pose, -1 the other way, 0 unknown. At psi_REF most cars drive
@@ -283,12 +287,8 @@ struct ClusterPose {
 ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
   const FrameClusterTable& merged = frame.merged;
   const ClusterPlaceTable& places = frame.places;
-  const DetectParams& params = context.detect;
-  const CarSize size = {params.fit_rectangle.length_m, params.fit_rectangle.width_m,
-                        params.pose_by_view.front_length_m};
-  const float* const at_m = context.sensors[merged.main_sensor[row]].T_vehicle_sensor.t;
   RectangleFit fit = fit_cluster(context, frame, row, places.heading_rad[row]);
-  const Posed ref = pose_at(size, at_m, places.cos[row], places.sin[row], box_of(places, row));
+  const Posed ref = pose_at(context, frame, row, places.cos[row], places.sin[row], box_of(places, row));
   Posed var = ref;
   if (fit.heading_var_rad != fit.heading_ref_rad) var = pose_along(context, frame, row, double(fit.heading_var_rad));
   // psi_VAR of a car that is seen in part has errors that psi_REF has not: it must explain clearly more points.

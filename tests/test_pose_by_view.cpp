@@ -65,6 +65,60 @@ TEST_CASE("anchor_car: less than a length beside its ends the near flank is seen
   CHECK(center({2.4f, 7.3f, 3, 5}) == 4.0f);            // all of its width
 }
 
+TEST_CASE("anchor_car: an end that is cut off is not the car's; the other one is, if it is seen") {
+  const auto center = [](OrientedBox seen, float sensor_2, CutEnds cut) {
+    return anchor_car(kSize, seen, 0, sensor_2, cut);
+  };
+  constexpr CutEnds kLow = {.low_1 = true}, kHigh = {.high_1 = true}, kBoth = {.low_1 = true, .high_1 = true};
+  // From behind and beside: the rear end is cut off, the flank shows the front one.
+  CHECK(center({2, 4, 3, 4}, 0, kLow).center_1 == doctest::Approx(4 - 0.5f * kLength));
+  CHECK(center({2, 4, 3, 4}, 0, kLow).unseen_1 == doctest::Approx(0.3f * (kLength - 2)));
+  CHECK(center({2, 4, 3, 4}, 0, kLow).center_2 == doctest::Approx(3 + 0.5f * kWidth));
+  CHECK(center({-4, -2, 3, 4}, 0, kHigh).center_1 == doctest::Approx(-4 + 0.5f * kLength));  // from ahead
+  CHECK(center({4, 6, 3, 4}, 0, kHigh).center_1 == doctest::Approx(4 + 0.5f * kLength));     // the near end is seen
+  CHECK(center({4, 6, 3, 4}, 0, kHigh).unseen_1 == 0.0f);
+  // Straight behind no flank is seen, and of an end on both sides nothing is known.
+  CHECK(center({20, 22, -0.5f, 0.5f}, 0, kLow).center_1 == 21.0f);
+  CHECK(center({20, 22, -0.5f, 0.5f}, 0, kLow).knows_no_end);
+  CHECK(center({2, 4, 3, 4}, 0, kBoth).center_1 == 3.0f);
+  CHECK(center({2, 4, 3, 4}, 0, kBoth).knows_no_end);
+  CHECK_FALSE(center({2, 4, 3, 4}, 0, {}).knows_no_end);
+  // A side that is cut off.
+  CHECK(center({20, 21, -0.2f, 1}, 0, {.low_2 = true}).center_2 == doctest::Approx(1 - 0.5f * kWidth));
+  CHECK(center({20, 21, -1, 0.2f}, 0, {.high_2 = true}).center_2 == doctest::Approx(-1 + 0.5f * kWidth));
+  CHECK(center({20, 21, -1, 0.2f}, 0, {.high_2 = true}).unseen_2 == 0.0f);
+  CHECK(center({20, 21, -1, 0.2f}, 0, {.low_2 = true, .high_2 = true}).center_2 == doctest::Approx(-0.4f));
+}
+
+TEST_CASE("pose by view: of a car at the edge of all fields of view the end that is seen counts") {
+  // Sensor 0 sees 60 deg to both sides, sensor 1 what is to the left of that; to the right nothing does.
+  struct Error {
+    double x_m, y_m, sigma_x_m;
+  };
+  const auto look = [](double x_m, double y_m, bool others) {
+    RulesBench bench(false);
+    bench.look({car_at(x_m, y_m)});
+    bench.frame.sensors[1].present = others;
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    const DetectionTable& d = bench.frame.detections;
+    return Error{double(d.x_m[0]) - x_m, double(d.y_m[0]) - y_m, std::sqrt(double(bench.frame.views.var_x[0]))};
+  };
+  for (const double x_m : {1.5, 2.5, 3.5, 4.5}) {
+    CAPTURE(x_m);
+    const Error right = look(x_m, -5, true), left = look(x_m, 5, false), covered = look(x_m, 5, true);
+    for (const Error& e : {right, left}) {
+      CHECK(std::fabs(e.x_m) < 0.1);
+      CHECK(std::fabs(e.y_m) < 0.2);
+      CHECK(e.sigma_x_m < 0.4);
+    }
+    CHECK(covered.x_m > 0.25);  // sensor 1 sees that nothing is there
+  }
+  const Error whole = look(9, -5, true);
+  CHECK(std::fabs(whole.x_m) < 0.1);
+  CHECK(whole.sigma_x_m < 0.1);
+}
+
 TEST_CASE(
     "pose by view: a car that the shadow of the own car hides in part is half a width from the side that is seen") {
   // A plate near the sensor that returns nothing: it hides the car on one side of the line of sight, and the ground
