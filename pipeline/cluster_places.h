@@ -113,7 +113,7 @@ inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float 
 //   across  the middle of what is seen; from the side, or from less than a length beside its ends: the near flank plus
 //           half a width, if most of the flank is seen
 // An end that the edge of the field of view cuts off is not seen: then the other one, if the sensor sees it or the
-// flank, minus or plus half a length; else the middle. A side that is cut off: the other one, minus or plus half a width.
+// flank, minus or plus half a length; else the middle. Instead of a side that is cut off the other one counts.
 struct CarAnchor {
   float center_1, center_2;
   CarView view;

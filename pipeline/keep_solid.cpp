@@ -33,7 +33,7 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
     const float dark = context.segment[s].drop_smoke.dark_share * ground.of(part);
     const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
     for (int32_t k = begin; k < end && (are_many_dark() || are_few_bright()); ++k)
-      bright += !(part.scan.intensity[part.cluster_points.point[k]] < dark);
+      bright += !(dark > 0.0f && part.scan.intensity[part.cluster_points.point[k]] < dark);
   });
   const bool is_dark = are_many_dark();
   if (!is_dark && !(any_smoke && are_few_bright())) return false;

@@ -80,6 +80,20 @@ TEST_CASE(
   CHECK(keep_seen(fence) == 1);
 }
 
+TEST_CASE("body look: where intensities are not above 0, nothing is dark") {
+  for (const float intensity : {0.0f, -1.0f, -100.0f}) {
+    CAPTURE(intensity);
+    RulesBench bench;
+    std::vector<Solid> solids;  // twelve specks, none of which lies on a surface with another one
+    for (int32_t k = 0; k < 12; ++k)
+      solids.push_back({20 + 0.7 * (k % 3), 0.08 * k, 0, 0.02, 0.06, 0.4 + 0.1 * (k % 2), 0.47 + 0.1 * (k % 2), 1});
+    bench.look(solids);
+    std::fill_n(bench.frame.sensors[0].scan.intensity, bench.frame.sensors[0].scan.count, intensity);
+    gate(bench);
+    CHECK(bench.frame.kept_count == 1);
+  }
+}
+
 TEST_CASE("body look: gaps in a dark surface are no jumps of smoke") {
   // Columns of a plate, of which the beam that hits it comes back from every second column only.
   const auto kept = [](double jump_m) {

@@ -80,6 +80,7 @@ TEST_CASE("anchor_car: an end that is cut off is not the car's; the other one is
   // Straight behind no flank is seen, and of an end on both sides nothing is known.
   CHECK(center({20, 22, -0.5f, 0.5f}, 0, kLow).center_1 == 21.0f);
   CHECK(center({20, 22, -0.5f, 0.5f}, 0, kLow).knows_no_end);
+  CHECK(center({-22, -20, -0.5f, 0.5f}, 0, kHigh).knows_no_end);
   CHECK(center({2, 4, 3, 4}, 0, kBoth).center_1 == 3.0f);
   CHECK(center({2, 4, 3, 4}, 0, kBoth).knows_no_end);
   CHECK_FALSE(center({2, 4, 3, 4}, 0, {}).knows_no_end);
