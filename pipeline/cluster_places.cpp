@@ -216,7 +216,7 @@ void write_pose(Frame& frame, int32_t i, int32_t row, const RectangleFit& fit) n
 
 CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_1, float sensor_2,
                      const CutEnds& cut) noexcept {
-  constexpr float kMostOfFlank = 0.6f, kUnseenOfFarEnd = 0.3f;
+  constexpr float kMostOfFlank = 0.6f, kMostOfEnd = 0.5f, kUnseenOfFarEnd = 0.3f;
   // Far away few rows and columns hit a car, and the seen end lies inside the real one: by 0.2 m at 90 m, 0.4 m at
   // 110 m in simulated races.
   constexpr float kInset = 0.012f, kNoInset_m = 75.0f, kMostInset_m = 0.4f;
@@ -247,9 +247,9 @@ CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_
       car.center_1 = seen.high_1 - 0.5f * size.length_m;
     }
   }
-  if (car.unseen_2 > 0.0f && cut.low_2 != cut.high_2) {
+  if (car.unseen_2 > 0.0f && cut.low_2 != cut.high_2 && seen.width() >= kMostOfEnd * size.width_m) {
     car.center_2 = cut.high_2 ? seen.low_2 + 0.5f * size.width_m : seen.high_2 - 0.5f * size.width_m;
-    car.unseen_2 = 0.0f;
+    car.unseen_2 *= kUnseenOfFarEnd;
     return car;
   }
   const bool sees_flank = beside || (abs_of(ahead) <= size.length_m && is_beside);

@@ -92,9 +92,11 @@ void find_cut_by(const StageContext& context, const Frame& frame, int32_t row, c
 
 CutEnds find_cut_ends(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
                       const OrientedBox& box) noexcept {
-  constexpr float kNear_m = 0.3f;  // most clusters have no corner so near to an edge
+  constexpr float kNear_m = 0.3f;       // most clusters have no corner so near to an edge
+  constexpr float kFarthest_m = 20.0f;  // farther away, rows and columns may miss ends and sides
   CutEnds cut;
   const FrameClusterTable& merged = frame.merged;
+  if (merged.nearest_m[row] > kFarthest_m) return cut;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t) {
     const SensorModel& sensor = context.sensors[&part - frame.sensors];
     for (const bool is_left : {true, false}) {

@@ -87,7 +87,8 @@ TEST_CASE("anchor_car: an end that is cut off is not the car's; the other one is
   // A side that is cut off.
   CHECK(center({20, 21, -0.2f, 1}, 0, {.low_2 = true}).center_2 == doctest::Approx(1 - 0.5f * kWidth));
   CHECK(center({20, 21, -1, 0.2f}, 0, {.high_2 = true}).center_2 == doctest::Approx(-1 + 0.5f * kWidth));
-  CHECK(center({20, 21, -1, 0.2f}, 0, {.high_2 = true}).unseen_2 == 0.0f);
+  CHECK(center({20, 21, -1, 0.2f}, 0, {.high_2 = true}).unseen_2 == doctest::Approx(0.3f * (kWidth - 1.2f)));
+  CHECK(center({20, 21, -1, -0.2f}, 0, {.high_2 = true}).center_2 == doctest::Approx(-0.6f));  // too little of it
   CHECK(center({20, 21, -1, 0.2f}, 0, {.low_2 = true, .high_2 = true}).center_2 == doctest::Approx(-0.4f));
 }
 
@@ -115,6 +116,7 @@ TEST_CASE("pose by view: of a car at the edge of all fields of view the end that
     }
     CHECK(covered.x_m > 0.25);  // sensor 1 sees that nothing is there
   }
+  CHECK(look(14, -26, true).x_m > 0.4);  // too far away
   const Error whole = look(9, -5, true);
   CHECK(std::fabs(whole.x_m) < 0.1);
   CHECK(whole.sigma_x_m < 0.1);
