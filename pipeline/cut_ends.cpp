@@ -9,10 +9,13 @@
 namespace overtake {
 namespace {
 
-// An edge of a field of view: a plane through the sensor. The normal points outside.
+// An edge of a field of view: half of a plane through the sensor. The normal points outside.
 struct Edge {
   const float* at_m;
   float x, y, z;
+  float along_x, along_y;  // from the sensor
+
+  bool is_ahead(float px, float py) const { return along_x * (px - at_m[0]) + along_y * (py - at_m[1]) > 0.0f; }
 
   float outside_m(float px, float py, float pz) const {
     return x * (px - at_m[0]) + y * (py - at_m[1]) + z * (pz - at_m[2]);
@@ -24,7 +27,12 @@ Edge edge_of(const SensorModel& sensor, bool is_left) {
   sin_cos_f64(double(azimuth_rad), s, c);
   const float sign = is_left ? 1.0f : -1.0f, n[2] = {-sign * float(s), sign * float(c)};
   const float* const r = sensor.T_vehicle_sensor.r;
-  return {sensor.T_vehicle_sensor.t, r[0] * n[0] + r[1] * n[1], r[3] * n[0] + r[4] * n[1], r[6] * n[0] + r[7] * n[1]};
+  return {.at_m = sensor.T_vehicle_sensor.t,
+          .x = r[0] * n[0] + r[1] * n[1],
+          .y = r[3] * n[0] + r[4] * n[1],
+          .z = r[6] * n[0] + r[7] * n[1],
+          .along_x = r[0] * float(c) + r[1] * float(s),
+          .along_y = r[3] * float(c) + r[4] * float(s)};
 }
 
 // Whether the columns of a sensor look to a place.
@@ -102,6 +110,7 @@ CutEnds find_cut_ends(const StageContext& context, const Frame& frame, int32_t r
     for (const bool is_left : {true, false}) {
       if (sensor.wraps) continue;
       const Edge edge = edge_of(sensor, is_left);
+      if (!edge.is_ahead(merged.center_x_m[row], merged.center_y_m[row])) continue;
       const float outside_m = edge.outside_m(edge.x > 0.0f ? merged.max_x_m[row] : merged.min_x_m[row],
                                              edge.y > 0.0f ? merged.max_y_m[row] : merged.min_y_m[row],
                                              edge.z > 0.0f ? merged.max_z_m[row] : merged.min_z_m[row]);

@@ -122,6 +122,23 @@ TEST_CASE("pose by view: of a car at the edge of all fields of view the end that
   CHECK(whole.sigma_x_m < 0.1);
 }
 
+TEST_CASE("pose by view: on the other side of a sensor of more than half a turn is no edge of its view") {
+  double worst_m = 0;
+  for (double y_m = -9; y_m < -3; y_m += 0.05) {
+    RulesBench bench(false);
+    const double half =
+        135 * kPi / 180;  // an edge of it looks back to the left, from the car that is ahead to the right
+    bench.context.sensors[0] = make_sensor_model(RulesBench::kRows, RulesBench::kCols, half, -half, false, 0.5, 400);
+    bench.context.sensors[0].T_vehicle_sensor = make_transform(0, 0, RulesBench::kSensorHeight_m, 0, 0, 0);
+    bench.look({{7, y_m, 0, 4.9, 1.2, 0.1, 1.1, 1}});
+    bench.frame.sensors[1].present = false;
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    worst_m = std::max(worst_m, std::fabs(double(bench.frame.detections.y_m[0]) - y_m));
+  }
+  CHECK(worst_m < 0.15);
+}
+
 TEST_CASE(
     "pose by view: a car that the shadow of the own car hides in part is half a width from the side that is seen") {
   // A plate near the sensor that returns nothing: it hides the car on one side of the line of sight, and the ground
