@@ -509,7 +509,8 @@ static inline ovt_points ovt_default_points(void) {
  *
  * Two sensors form no majority. If one steps ahead, it is the suspect. If two drift apart, both are used up to 0.5 s
  * less twice the sum of tolerance and period; beyond that the one ahead is the suspect. Of three sensors and more, one
- * whose scans always arrive earlier than those of all others, by more than the sum, is a suspect: their clocks agree.
+ * whose scans always arrive earlier than those of all others, by more than the sum, may be a suspect: their clocks
+ * agree.
  * After a gap of over 1 s (3 periods, if longer), or when a clock went back, the library accepts the third consistent
  * stamp in a row, if more sensors report the new time than deliver good stamps (OVT_FLAG_CLOCK_JUMP: the tracker
  * restarts). The two scans before it are counted as `dropped`. Stamps are consistent if each is newer than the last by

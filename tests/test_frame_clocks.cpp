@@ -172,6 +172,21 @@ TEST_CASE("clock_watch: scans that are always longer on their way make no clock 
           }
 }
 
+TEST_CASE("clock_watch: a sensor whose stamps are held until the others come near them keeps its lead") {
+  // The scans of the two others take 100 ms longer on their way.
+  for (const int64_t lost : {0, 1, 5}) {
+    CAPTURE(lost);
+    const int64_t gap_ns = 20 * kLidar, end_ns = 20 * kSecond;
+    const Verdicts verdicts = classify({{0, 0, gap_ns, kLidar, 0},
+                                        {0, gap_ns + lost * kLidar, end_ns, kLidar, 0},
+                                        {1, 120 * kMs, end_ns, kLidar, -100 * kMs},
+                                        {2, 125 * kMs, end_ns, kLidar, -100 * kMs}},
+                                       3, kLidar);
+    CHECK(verdicts.jumps == 0);
+    for (const int32_t n : verdicts.lost) CHECK(n == 0);
+  }
+}
+
 TEST_CASE("clock_watch: when all sensors stop, detections go on at any rate; those of a new source wait for 24") {
   for (const int64_t hz : {2, 5, 10, 13, 20, 30, 60, 100})
     for (int64_t phase = 0; phase < 4; ++phase) {
