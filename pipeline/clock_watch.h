@@ -123,8 +123,8 @@ class ClockWatch {
   // others does not make a wrong clock right.
   static constexpr int32_t kLongPatience = 24;
   static_assert(kMaxRatio < kLongPatience && kLongPatience < 2 * kMaxRatio);
-  // How far a sensor's good stamps were ahead of the newest one of the others when they came: the most of the last 8 to
-  // 16. Sensors whose scans take longer on their way are behind by so much for ever.
+  // How far a sensor's last 8 to 16 good stamps were ahead of the newest one of the others when they came: the most of
+  // it. Where the others' scans take longer on their way, it is always ahead of them.
   struct Leads {
     static constexpr int32_t kMany = 8;
     int64_t most_ns = INT64_MIN, before_ns = INT64_MIN;  // of the last ones, and of kMany before them

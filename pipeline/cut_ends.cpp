@@ -87,7 +87,7 @@ void find_cut_by(const StageContext& context, const Frame& frame, int32_t row, c
   x_m += kOutside_m * edge.x, y_m += kOutside_m * edge.y, z_m += kOutside_m * edge.z;
   for (int32_t s = 0; s < context.sensor_count; ++s)
     if (&frame.sensors[s] != &part && frame.sensors[s].present && looks_to(context.sensors[s], x_m, y_m, z_m)) return;
-  // What lies at an end beside the cut is as deep inside as the cut is oblique.
+  // The edge crosses the car obliquely: points within kEnd_m of an end that it cuts off lie so far inside of it.
   const float along = edge.x * cos + edge.y * sin, across = edge.y * cos - edge.x * sin;
   const float deep_1 = kDeep_m + Inside::kEnd_m * abs_of(along), deep_2 = kDeep_m + Inside::kEnd_m * abs_of(across);
   cut.low_1 = cut.low_1 || (along < 0.0f && inside.low_1 < deep_1);

@@ -499,10 +499,10 @@ static inline ovt_points ovt_default_points(void) {
  *                                                 new: after 24 of its stamps). Else counted as `late`;
  *                                                 suspect_mask names the sensor. ovt_flush ends the wait:
  *                                                 counted as `late`. Not held, but used, if the sensor came there with
- *                                                 a stamp in each of its intervals (the others lose scans), or is
- *                                                 ahead by no more than frame.tolerance_s over the most of its last 8
- *                                                 to 16 good stamps, when they came, and by at most 0.5 s less twice
- *                                                 the sum (the others' scans take longer on their way). Not held,
+ *                                                 a stamp in each of its intervals (the others lose scans). So it is
+ *                                                 if the others' scans take longer on their way: if it is ahead by at
+ *                                                 most frame.tolerance_s more than its last 8 to 16 good stamps were
+ *                                                 when they came, and by 0.5 s less twice the sum at most. Not held,
  *                                                 but `late`, if it is over 1 s (3 periods, if longer) ahead of the
  *                                                 newest stamp
  *   else                                          used
