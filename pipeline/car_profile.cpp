@@ -69,6 +69,26 @@ double gaussian(double x, double mean, double sigma) {
 
 }  // namespace
 
+void PointsAlong::add(int32_t pixel, float along_m, float height_m) noexcept {
+  constexpr uint32_t kGolden = 2654435769u;  // 2^32 over the golden ratio: multiples of it lie evenly
+  const uint32_t place = uint32_t(pixel) * kGolden;
+  while (place < limit_ && count_ == kCapacity) {
+    limit_ /= 2;
+    int32_t kept = 0;
+    for (int32_t i = 0; i < count_; ++i) {
+      if (place_[i] >= limit_) continue;
+      place_[kept] = place_[i];
+      along_m_[kept] = along_m_[i];
+      height_m_[kept++] = height_m_[i];
+    }
+    count_ = kept;
+  }
+  if (place >= limit_) return;
+  place_[count_] = place;
+  along_m_[count_] = along_m;
+  height_m_[count_++] = height_m;
+}
+
 CarProfile::CarProfile(End seen) {
   const std::span<const Face> faces = seen == End::kRear ? std::span<const Face>(kFromBehind) : kFromAhead;
   const auto place_of = [](int32_t i) { return kFirst_m + (i + 0.5) * kCell_m; };
@@ -94,9 +114,9 @@ CarProfile::CarProfile(End seen) {
 void CarProfile::sum_scores(const PointsAlong& points, float first_m, int32_t centers, int32_t raised,
                             int32_t* sum) const noexcept {
   constexpr float kPerMetre = float(1.0 / kCell_m);
-  for (int32_t k = 0; k < points.count; ++k) {
-    const float place = (points.along_m[k] - first_m - float(kFirst_m)) * kPerMetre;
-    const float height = (points.height_m[k] - float(kLowest_m)) * kPerMetre;
+  for (int32_t k = 0; k < points.count(); ++k) {
+    const float place = (points.along_m(k) - first_m - float(kFirst_m)) * kPerMetre;
+    const float height = (points.height_m(k) - float(kLowest_m)) * kPerMetre;
     const int32_t h = int32_t(std::clamp(height, 0.0f, float(kHeights - 1)));
     const int32_t i = int32_t(std::clamp(place, float(centers - 1), float(kPlaces - 1)));
     const int16_t* const score = score_[std::clamp(h + raised, 0, kHeights - 1)] + kPlaces - 1 - i;
@@ -108,7 +128,7 @@ CarProfile::Match CarProfile::match(const PointsAlong& points, float low_m, floa
                                     float road_sigma_m) const noexcept {
   constexpr float kPerMetre = float(1.0 / kCell_m), kReach_m = 0.5f * kLength_m + kBeyond_m;
   constexpr int32_t kMostCenters = kPlaces;
-  if (points.count == 0) return {};
+  if (points.count() == 0) return {};
   // The centres at which all points lie on the car: from first_m, a cell apart.
   float first_m = high_m - kReach_m, last_m = low_m + kReach_m;
   if (first_m > last_m) first_m = last_m = 0.5f * (low_m + high_m);
@@ -123,8 +143,8 @@ CarProfile::Match CarProfile::match(const PointsAlong& points, float low_m, floa
     sum_scores(points, first_m, centers, r - most, sum[r]);
     best = std::max(best, *std::max_element(sum[r], sum[r] + centers));
   }
-  if (float(best) < kLeastFit * float(kUnit) * float(points.count)) return {};
-  const double share = std::min(1.0, double(independent) / points.count) / kUnit;
+  if (float(best) < kLeastFit * float(kUnit) * float(points.count())) return {};
+  const double share = std::min(1.0, double(independent) / points.count()) / kUnit;
   double weights = 0.0, mean = 0.0, square = 0.0;
   for (int32_t r = 0; r < roads; ++r) {
     const double raised = (r - most) * cell_sigmas;

@@ -9,10 +9,21 @@
 
 namespace overtake {
 
-struct PointsAlong {
+// Points on the axis of a heading, with their heights over the road: all of them or, of many, those of an evenly spread
+// part of the pixels. Any order of add() keeps the same ones.
+class PointsAlong {
+ public:
   static constexpr int32_t kCapacity = 48;
-  float along_m[kCapacity], height_m[kCapacity];  // on the axis of the heading; over the road
-  int32_t count = 0;
+  void add(int32_t pixel, float along_m, float height_m) noexcept;
+  int32_t count() const { return count_; }
+  float along_m(int32_t i) const { return along_m_[i]; }
+  float height_m(int32_t i) const { return height_m_[i]; }
+
+ private:
+  uint64_t limit_ = uint64_t(1) << 32;  // pixels whose place is below it are kept: halved until they fit
+  uint32_t place_[kCapacity];           // of the pixel in a sequence that spreads neighbours evenly
+  float along_m_[kCapacity], height_m_[kCapacity];
+  int32_t count_ = 0;
 };
 
 // Scores of a return by its place along the car and its height, for a car that is seen from one end: log likelihoods of

@@ -299,8 +299,10 @@ EgoRange FrameAssembler::watch_ego(const EgoRange& range, Frame& frame) noexcept
                                      : watch.is_step(lead_ns, gaps_ns, clock_.near_ns());
     const bool step_ahead = watch.ahead > 0 && stepped;
     if (step_ahead) used.count = ego_.first_run_after(range, watch.believed_run);
-    if (step_ahead || watch.ahead == EgoWatch::kDriftFrames || (range.count > watch.count && lead_ns < -kLateNs))
-      watch.named = 3;
+    // The frame may close long after its last scan: after a pause of all sensors.
+    const bool late = range.count > watch.count && lead_ns < -kLateNs &&
+                      difference_ns(ego_.stamp_at(range.count - 1), frame.stamp_ns) < -kLateNs;
+    if (step_ahead || watch.ahead == EgoWatch::kDriftFrames || late) watch.named = 3;
     watch.count = std::max(watch.count, range.count);
   }
   if (watch.named > 0) frame.suspect_mask |= OVT_SUSPECT_EGO;

@@ -10,19 +10,17 @@
 
 namespace overtake {
 
-RearEnd find_rear(const PointsAlong& points, float low_m, float high_m, float higher_m) noexcept {
-  constexpr float kLeastLength_m = 3.0f;  // shorter points do not show both ends
-  constexpr float kEnd_m = 0.7f;          // rear wing and crash structure; nose and front wing
-  constexpr float kNone_m = -1e9f;
-  if (high_m - low_m < kLeastLength_m) return RearEnd::kUnknown;
-  float low_top_m = kNone_m, high_top_m = kNone_m;
-  for (int32_t i = 0; i < points.count; ++i) {
-    if (points.along_m[i] < low_m + kEnd_m) low_top_m = max_of(low_top_m, points.height_m[i]);
-    if (points.along_m[i] > high_m - kEnd_m) high_top_m = max_of(high_top_m, points.height_m[i]);
-  }
-  if (low_top_m == kNone_m || high_top_m == kNone_m) return RearEnd::kUnknown;
-  if (low_top_m > high_top_m + higher_m) return RearEnd::kLow;
-  return high_top_m > low_top_m + higher_m ? RearEnd::kHigh : RearEnd::kUnknown;
+void EndTops::add(float along_m, float height_m) noexcept {
+  constexpr float kEnd_m = 0.7f;  // rear wing and crash structure; nose and front wing
+  if (along_m < low_m_ + kEnd_m) low_top_m_ = max_of(low_top_m_, height_m);
+  if (along_m > high_m_ - kEnd_m) high_top_m_ = max_of(high_top_m_, height_m);
+}
+
+RearEnd EndTops::rear(float higher_m) const noexcept {
+  constexpr float kLeastLength_m = 3.0f;  // shorter clusters do not show both ends
+  if (high_m_ - low_m_ < kLeastLength_m || low_top_m_ == kNone_m || high_top_m_ == kNone_m) return RearEnd::kUnknown;
+  if (low_top_m_ > high_top_m_ + higher_m) return RearEnd::kLow;
+  return high_top_m_ > low_top_m_ + higher_m ? RearEnd::kHigh : RearEnd::kUnknown;
 }
 
 double psi_var_error(double view_rad) noexcept {

@@ -40,27 +40,20 @@ Posed pose_at(const StageContext& context, const Frame& frame, int32_t row, floa
   return pose;
 }
 
-// The points of a cluster on the axis of a heading, with their heights: at most PointsAlong::kCapacity of them, evenly
-// chosen.
-PointsAlong list_points(const Frame& frame, int32_t row, float c, float s, const OrientedBox& box) {
-  PointsAlong out;
-  const int32_t step = 1 + (frame.merged.point_count[row] - 1) / PointsAlong::kCapacity;
-  int32_t next = 0;
+// Calls f(pixel, place along the heading, height over the road) for each point of a cluster within the box.
+template <class F>
+void for_each_along(const Frame& frame, int32_t row, float c, float s, const OrientedBox& box, F&& f) {
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const Plane<float>& image = part.kept.images.height_m;
     if (!image.data) return;
-    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
-    for (; next < count && out.count < PointsAlong::kCapacity; next += step) {
-      const int32_t k = begin + next, pixel = part.kept.points.pixel[part.cluster_points.point[k]];
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; ++k) {
+      const int32_t pixel = part.kept.points.pixel[part.cluster_points.point[k]];
       if (pixel < 0) continue;
       const float along_m = part.cluster_points.x_m[k] * c + part.cluster_points.y_m[k] * s;
-      if (along_m < box.low_1 || along_m > box.high_1) continue;  // of smoke
-      out.along_m[out.count] = along_m;
-      out.height_m[out.count++] = image.data[pixel];
+      if (along_m >= box.low_1 && along_m <= box.high_1) f(pixel, along_m, image.data[pixel]);  // else of smoke
     }
-    next -= count;
   });
-  return out;
 }
 
 // Whether the cars are those that the profile and the free heading know.
@@ -81,8 +74,11 @@ CarProfile::Match match_profile(const StageContext& context, const Frame& frame,
       !(params.pose_by_view.profile_points > 0.0f) || high_m > kTop_m || !knows_shape(params))
     return {};
   const CarProfile& profile = from_behind ? context.rear : context.front;
-  return profile.match(list_points(frame, row, pose.c, pose.s, pose.box), pose.box.low_1, pose.box.high_1,
-                       params.pose_by_view.profile_points, kRoadOfRange * frame.merged.nearest_m[row]);
+  PointsAlong points;
+  for_each_along(frame, row, pose.c, pose.s, pose.box,
+                 [&](int32_t pixel, float along_m, float height_m) { points.add(pixel, along_m, height_m); });
+  return profile.match(points, pose.box.low_1, pose.box.high_1, params.pose_by_view.profile_points,
+                       kRoadOfRange * frame.merged.nearest_m[row]);
 }
 
 // Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
@@ -261,8 +257,10 @@ int32_t find_front(const StageContext& context, const Frame& frame, int32_t row,
   const FrameClusterTable& merged = frame.merged;
   if (!knows_shape(context.detect)) return 0;
   if (!from_var && (merged.nearest_m[row] > kClear_m || merged.point_count[row] < kClearPoints)) return 0;
-  const RearEnd rear = find_rear(list_points(frame, row, pose.c, pose.s, pose.box), pose.box.low_1, pose.box.high_1,
-                                 from_var ? kHigher_m : kClearlyHigher_m);
+  EndTops tops(pose.box.low_1, pose.box.high_1);
+  for_each_along(frame, row, pose.c, pose.s, pose.box,
+                 [&](int32_t, float along_m, float height_m) { tops.add(along_m, height_m); });
+  const RearEnd rear = tops.rear(from_var ? kHigher_m : kClearlyHigher_m);
   if (rear == RearEnd::kUnknown) return 0;
   if (rear == RearEnd::kLow) return 1;
   return from_var || find_smoke_share(context, frame, row, 0.0f) <= kClearOfSmoke ? -1 : 0;

@@ -22,19 +22,20 @@ constexpr Part kNose = {2.17f, 0.20f}, kFrontTyre = {1.57f, 0.38f}, kCockpit = {
 constexpr Part kTopFromAhead = {-0.38f, 0.92f};
 
 struct Seen {
-  PointsAlong points;
+  std::vector<Part> points;  // from the sensor
   float low_m = 1e9f, high_m = -1e9f;
   void add(float center_m, const Part& part, int32_t times = 3) {
     for (int32_t k = 0; k < times; ++k) {
       const float at_m = center_m + part.along_m + 0.01f * float(k);
-      points.along_m[points.count] = at_m;
-      points.height_m[points.count++] = part.height_m;
+      points.push_back({at_m, part.height_m});
       low_m = std::min(low_m, at_m);
       high_m = std::max(high_m, at_m);
     }
   }
   CarProfile::Match match(const CarProfile& profile, float independent = 3, float road_sigma_m = 0) const {
-    return profile.match(points, low_m, high_m, independent, road_sigma_m);
+    PointsAlong kept;
+    for (std::size_t i = 0; i < points.size(); ++i) kept.add(int32_t(i), points[i].along_m, points[i].height_m);
+    return profile.match(kept, low_m, high_m, independent, road_sigma_m);
   }
 };
 Seen see(float center_m, const std::vector<Part>& parts) {
@@ -92,7 +93,7 @@ TEST_CASE("car profile: one part alone is told by its height, with more doubt") 
 
 TEST_CASE("car profile: an error of the road's height, which all points share, is allowed for") {
   Seen low = see(-95, {kNose, kFrontTyre, kCockpit, kTopFromAhead});
-  for (int32_t k = 0; k < low.points.count; ++k) low.points.height_m[k] -= 0.2f;
+  for (Part& point : low.points) point.height_m -= 0.2f;
   const CarProfile::Match trusting = low.match(kFront, 6), doubting = low.match(kFront, 6, 0.1f);
   CHECK(std::fabs(doubting.center_m + 95) < 0.1f);
   CHECK(std::fabs(trusting.center_m + 95) > 0.15f);
@@ -121,7 +122,7 @@ TEST_CASE("car profile: a box that is longer than the car has its middle, and al
   CHECK(match.sigma_m == 0.0f);
   for (const float height_m : {-1e9f, -0.3f, 0.0f, 5.0f, 1e9f}) {
     Seen seen = see(20, {kRearTyre, kRearWing});
-    seen.points.height_m[0] = height_m;
+    seen.points[0].height_m = height_m;
     const CarProfile::Match odd = seen.match(kRear);
     CHECK(std::isfinite(odd.center_m));
   }
@@ -130,12 +131,47 @@ TEST_CASE("car profile: a box that is longer than the car has its middle, and al
 TEST_CASE("car profile: the order of the points changes no byte") {
   Seen seen = see(70, {kRearWing, kRearTyre, kAirBox});
   const CarProfile::Match before = seen.match(kRear);
-  PointsAlong& p = seen.points;
-  std::reverse(p.along_m, p.along_m + p.count);
-  std::reverse(p.height_m, p.height_m + p.count);
+  std::reverse(seen.points.begin(), seen.points.end());
   const CarProfile::Match after = seen.match(kRear);
   CHECK(before.center_m == after.center_m);
   CHECK(before.sigma_m == after.sigma_m);
+}
+
+TEST_CASE(
+    "points along a heading: of many, the same half or more of the capacity in any order, of all rows and columns") {
+  constexpr int32_t kColumns = 1024, kWide = 30, kHigh = 20;
+  const auto kept_of = [](bool backwards) {
+    PointsAlong points;
+    for (int32_t i = 0; i < kWide * kHigh; ++i) {
+      const int32_t k = backwards ? kWide * kHigh - 1 - i : i;
+      points.add(k / kWide * kColumns + k % kWide, float(k % kWide), float(k / kWide));
+    }
+    std::vector<std::pair<float, float>> kept;
+    for (int32_t i = 0; i < points.count(); ++i) kept.emplace_back(points.along_m(i), points.height_m(i));
+    std::sort(kept.begin(), kept.end());
+    return kept;
+  };
+  const auto kept = kept_of(false);
+  CHECK(int32_t(kept.size()) <= PointsAlong::kCapacity);
+  CHECK(int32_t(kept.size()) >= PointsAlong::kCapacity / 3);
+  CHECK(kept == kept_of(true));
+  int32_t left = 0, low = 0;
+  for (const auto& [along_m, height_m] : kept) {
+    left += along_m < 0.5f * kWide;
+    low += height_m < 0.5f * kHigh;
+  }
+  const int32_t third = int32_t(kept.size()) / 3;
+  CHECK(left >= third);
+  CHECK(left <= 2 * third + 1);
+  CHECK(low >= third);
+  CHECK(low <= 2 * third + 1);
+}
+
+TEST_CASE("points along a heading: more returns of one pixel than the capacity are none, and harm nothing") {
+  PointsAlong points;
+  for (int32_t i = 0; i < 200; ++i) points.add(i < 100 ? 0 : 7, float(i), 0.5f);
+  CHECK(points.count() <= PointsAlong::kCapacity);
+  points.add(1 << 30, 1.0f, 0.5f);
 }
 
 }  // namespace

@@ -29,6 +29,8 @@ struct Drive {
   Span poses_older = {};                    // their stamps are too old
   Span poses_ahead = {};                    // their clock is ahead
   Span poses_lost = {};                     // `by` is 1
+  int32_t sensors = 1;
+  Span pause = {};  // without scans, the last one before it by the first sensor only; `by` is 1
 };
 
 struct Frames {
@@ -51,9 +53,10 @@ Frames drive(const Drive& d) {
   ovt_sensor_def sensor = ovt_default_sensor_def();
   sensor.rows = 4, sensor.cols = 8;
   sensor.point_capacity = 32;
+  const std::vector<ovt_sensor_def> sensors(std::size_t(d.sensors), sensor);
   ovt_detector_def def = ovt_default_detector_def();
-  def.sensors = &sensor;
-  def.sensor_count = 1;
+  def.sensors = sensors.data();
+  def.sensor_count = d.sensors;
   def.push_policy = OVT_PUSH_WAIT;
   ovt_detector* detector = nullptr;
   ovt_reader* reader = nullptr;
@@ -81,7 +84,11 @@ Frames drive(const Drive& d) {
       p.y = column_of(y, OVT_F32);
       p.z = column_of(z, OVT_F32);
       p.layer = column_of(layer, OVT_U8);
-      REQUIRE(ovt_push_scan(detector, &p) == OVT_OK);
+      for (int32_t s = 0; s < d.sensors; ++s) {
+        if (d.pause.at(scan) != 0 || (s > 0 && d.pause.at(scan + kScanMs) != 0)) continue;
+        p.sensor = s;
+        REQUIRE(ovt_push_scan(detector, &p) == OVT_OK);
+      }
       ovt_frame_info info;
       while (ovt_next_frame(reader, &info) == OVT_OK) {
         frames.at.push_back((info.stamp_ns - kStartNs) / kMs);
@@ -161,4 +168,13 @@ TEST_CASE("ego clock: a clock that steps ahead later is not believed, also after
           if (frames.info[i].ego_known) CHECK(frames.info[i].ego_x_m == doctest::Approx(0.05 * double(frames.at[i])));
         }
     }
+}
+
+TEST_CASE("ego clock: the frame that is open when all sensors pause does not make good poses suspect") {
+  for (const int64_t pause_ms : {300, 600, 800, 1'500}) {
+    CAPTURE(pause_ms);
+    const Frames frames = drive({.sensors = 2, .pause = {3'000, 3'000 + pause_ms, 1}});
+    CHECK(frames.suspect(0) == 0);
+    CHECK(frames.without_ego(200) == 0);
+  }
 }

@@ -16,13 +16,11 @@ namespace {
 using namespace overtake;
 using namespace overtake::test;
 
-PointsAlong points_of(const std::vector<std::pair<float, float>>& at) {
-  PointsAlong points;
-  for (const auto& [along_m, height_m] : at) {
-    points.along_m[points.count] = along_m;
-    points.height_m[points.count++] = height_m;
-  }
-  return points;
+// The rear end of points at these places with these heights.
+RearEnd rear_of(const std::vector<std::pair<float, float>>& at, float low_m, float high_m) {
+  EndTops tops(low_m, high_m);
+  for (const auto& [along_m, height_m] : at) tops.add(along_m, height_m);
+  return tops.rear(0.1f);
 }
 
 // A race car of boxes that stands at an angle to x.
@@ -65,21 +63,21 @@ double degrees_between(double a, double b) { return std::fabs(std::remainder(a -
 
 TEST_CASE("free heading: the rear end is the higher one, if both ends are seen") {
   const auto rear = [](float low_top_m, float high_top_m, float length_m = 4.5f) {
-    return find_rear(points_of({{10, low_top_m - 0.3f},
-                                {10.6f, low_top_m},
-                                {10.8f, 2.0f},
-                                {12, 1.0f},
-                                {10 + length_m - 0.5f, high_top_m},
-                                {10 + length_m, high_top_m - 0.1f}}),
-                     10, 10 + length_m, 0.1f);
+    return rear_of({{10, low_top_m - 0.3f},
+                    {10.6f, low_top_m},
+                    {10.8f, 2.0f},
+                    {12, 1.0f},
+                    {10 + length_m - 0.5f, high_top_m},
+                    {10 + length_m, high_top_m - 0.1f}},
+                   10, 10 + length_m);
   };
   CHECK(rear(0.7f, 0.3f) == RearEnd::kLow);
   CHECK(rear(0.3f, 0.7f) == RearEnd::kHigh);
   CHECK(rear(0.7f, 0.62f) == RearEnd::kUnknown);
   CHECK(rear(0.62f, 0.7f) == RearEnd::kUnknown);
   CHECK(rear(0.7f, 0.3f, 2.9f) == RearEnd::kUnknown);
-  CHECK(find_rear(points_of({{10, 0.7f}, {12, 0.3f}}), 10, 14, 0.1f) == RearEnd::kUnknown);  // none at the other end
-  CHECK(find_rear(points_of({{12, 0.7f}, {14, 0.3f}}), 10, 14, 0.1f) == RearEnd::kUnknown);
+  CHECK(rear_of({{10, 0.7f}, {12, 0.3f}}, 10, 14) == RearEnd::kUnknown);  // none at the other end
+  CHECK(rear_of({{12, 0.7f}, {14, 0.3f}}, 10, 14) == RearEnd::kUnknown);
 }
 
 TEST_CASE("free heading: psi_VAR turns away from the line of sight, to both sides alike") {
