@@ -99,7 +99,8 @@ OVT_INLINE M walk_pixel(const GroundBlock& block, const RoadAxes& axes, const Ro
   const V zero(0.0f), road_z = p.expected_z + shape.difference_at(p.x, p.n) * V(1.0f / axes.mounting.r[8]);
   const auto pixel =
       walk_ground(block, p.distance, p.sensor_z, RoadPlace<V>{road_z, V(kNoEcho_m)}, zero, zero, exists, state);
-  return pixel.ground & (state.distance == p.distance) & (abs_of(p.x) <= V(reach_m)) & (abs_of(p.n) <= V(kLane_m)) &
+  const V ahead = abs_of(p.x), aside = abs_of(p.n);
+  return pixel.ground & (state.distance == p.distance) & (ahead <= V(reach_m)) & (aside <= V(kLane_m)) &
          (p.x >= V(shape.expected.from_m)) & (p.x <= V(shape.expected.to_m));
 }
 

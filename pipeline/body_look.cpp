@@ -178,8 +178,8 @@ bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcep
 }
 
 bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row, float bare_share) noexcept {
-  constexpr float kGlare = 5.0f, kBare = 10.0f;
-  constexpr int32_t kFewest = 2;  // one point is the lamp of a car, and of few points makes such a mean
+  constexpr float kGlare = 5.0f, kBare = 25.0f;  // a white body is up to 20 times as bright as dark asphalt
+  constexpr int32_t kFewest = 2;                 // one point is the lamp of a car, and of few points makes such a mean
   float sum = 0.0f, least = 0.0f;
   int32_t bright = 0, bare = 0;
   for_each_intensity(frame, ground, row, [&](float intensity, float road) {

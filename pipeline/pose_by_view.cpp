@@ -92,6 +92,8 @@ constexpr double kMostOfUnseen_m = 0.55;  // at most: what is seen of a distant 
 constexpr double kAcrossOfUnseen = 0.18;  // of the width: mostly a part is missing on both sides
 constexpr double kFewPoints_m2 = 0.32;    // variance over the number of points
 constexpr double kFreeHeading_m = 0.25;   // at psi_VAR, which has an error of its own
+constexpr double kSlack_m = 0.1;          // a box that is wider than the car and this is of another heading, or not a
+constexpr double kAcrossOfExcess = 0.5;   // car's alone: of its excess width
 // Of a car in smoke: an end or a side of the cluster is smoke now and then, as bright as the car.
 constexpr double kAlongInSmoke_m = 0.8, kAcrossInSmoke_m = 0.25;
 
@@ -99,12 +101,13 @@ constexpr double kAlongInSmoke_m = 0.8, kAcrossInSmoke_m = 0.25;
 struct Covariance {
   double xx, yy, xy;
 };
-Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bool from_var, int32_t points,
-                           bool in_smoke, double angle_sigma_rad) {
+Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bool from_var, float car_width_m,
+                           int32_t points, bool in_smoke, double angle_sigma_rad) {
   const double c = double(pose.c), s = double(pose.s), x_m = double(pose.x_m), y_m = double(pose.y_m);
   const double of_unseen = kAlongOfUnseen * double(pose.car.unseen_1);
   const double unseen_1 = pose.car.knows_no_end ? of_unseen : std::min(of_unseen, kMostOfUnseen_m);
   const double unseen_2 = double(pose.car.unseen_2);
+  const double excess_2 = std::max(double(pose.box.width()) - double(car_width_m) - kSlack_m, 0.0);
   const double range2 = x_m * x_m + y_m * y_m;
   const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
   const double few = kFewPoints_m2 / double(std::max(points, 1));
@@ -112,7 +115,8 @@ Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bo
   const double of_ends = match.fits ? of_match * of_match : unseen_1 * unseen_1 + few;
   double along = least + kAlongOfRange * kAlongOfRange * range2 + of_ends;
   double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
-                  kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 + kAcrossOfUnseen * kAcrossOfUnseen * few;
+                  kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 + kAcrossOfUnseen * kAcrossOfUnseen * few +
+                  kAcrossOfExcess * kAcrossOfExcess * excess_2 * excess_2;
   if (in_smoke) {
     along += kAlongInSmoke_m * kAlongInSmoke_m;
     across += kAcrossInSmoke_m * kAcrossInSmoke_m;
@@ -340,8 +344,9 @@ void write_row(const StageContext& context, Frame& frame, int32_t i, int32_t row
   frame.detections.map_s_m[i] = frame.places.s_m[row];
   frame.detections.map_d_m[i] = frame.places.d_m[row];
   const bool in_smoke = has_smoke_beside(context, frame, row);
-  const Covariance p = find_covariance(pose.posed, pose.match, pose.fit.from_var, frame.merged.point_count[row],
-                                       in_smoke, context.detect.pose_by_view.angle_sigma_rad);
+  const DetectParams& params = context.detect;
+  const Covariance p = find_covariance(pose.posed, pose.match, pose.fit.from_var, params.fit_rectangle.width_m,
+                                       frame.merged.point_count[row], in_smoke, params.pose_by_view.angle_sigma_rad);
   views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
   views.view[i] = int32_t(pose.posed.car.view);
   views.road_z_m[i] = pose.heights.road_z_m;

@@ -387,13 +387,15 @@ TEST_CASE("body look: near, or where no bound tells its place, a reflector shows
     return keep_seen({part(0, bare_m, intensity), part(side_m, glare_m, 2.0f), part(-side_m, glare_m, 2.0f)}, with_map);
   };
   for (const double x_m : {18.0, 45.0, 65.0}) {
-    CHECK(kept(x_m, 4, 0.8, 14, false) == 0);
+    CHECK(kept(x_m, 4, 0.8, 40, false) == 0);
     CHECK(kept(x_m, 4, 0.3, 40, false) == 1);  // the plate of a car, and its body
     CHECK(kept(x_m, 4, 0.8, 8, false) == 1);
-    CHECK(kept(x_m, 5, 0.8, 14, true) == 0);
+    CHECK(kept(x_m, 5, 0.8, 40, true) == 0);
     CHECK(kept(x_m, 5, 0.3, x_m < 50 ? 40 : 8, true) == 1);
-    CHECK(kept(x_m, 0, 0.8, 14, true) == 1);  // on the road it is an obstacle
-    // A white car on a dark road: its side, from the flank to the rear.
+    CHECK(kept(x_m, 0, 0.8, 40, true) == 1);  // on the road it is an obstacle
+    // A white car on a dark road: its rear, and its side from the flank to the rear.
+    CHECK(keep_seen({{x_m, 4, 0, 1.6, 1.8, 0.2, 1.0, 1, 20}}, false) == 1);
+    if (x_m < 50) CHECK(keep_seen({{x_m, 5, 0, 1.6, 1.8, 0.2, 1.0, 1, 20}}, true) == 1);
     CHECK(keep_seen({{x_m, 4, 0, 4.0, 1.8, 0.2, 1.0, 1, 14}}, false) == 1);
   }
 }

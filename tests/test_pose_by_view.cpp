@@ -357,6 +357,19 @@ TEST_CASE("pose by view: the less of a car is seen, and the fewer points, the la
   CHECK(var_x(30, 31, 0) > var_x(30, 31, 100));
 }
 
+TEST_CASE("pose by view: a box that is wider than a car leaves open where across it the car is") {
+  const auto var_y = [](float width_m) {
+    RulesBench bench(false);
+    bench.add(corners(20, 24.8f, -0.5f * width_m, 0.5f * width_m, 0.2f, 0.9f, 50));
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    REQUIRE(bench.frame.detections.heading_rad[0] == doctest::Approx(0));
+    return double(bench.frame.views.var_y[0]);
+  };
+  CHECK(var_y(1.98f) == doctest::Approx(var_y(1.9f)).epsilon(1e-3));
+  CHECK(std::sqrt(var_y(2.2f) - var_y(1.98f)) == doctest::Approx(0.5 * (2.2 - 1.886 - 0.1)).epsilon(0.05));
+}
+
 TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, and nowhere else") {
   const auto class_of = [](const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
     const Looked bench(solids, row_pitch_rad);

@@ -22,6 +22,7 @@ constexpr double kHiddenWidths = 0.6, kPartWidths = 1.2;
 constexpr double kTall_m = 0.6;     // no road nearer than 30 m is misjudged by as much: in the own shadow this is a car
 constexpr double kOutside_m = 0.3;  // of the circuit is where a car's centre cannot be,
 constexpr int32_t kMostOfWall = 30;  // unless more points tell that it is a car
+constexpr double kOwnMiss_s = 0.04;  // misses that follow each other sooner have one cause, and count in part
 constexpr double kKnownHit = 0.3;    // a hit adds at least this to the score of a track that was confirmed
 constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
 constexpr double kFewFrom_m = 60.0, kMostTimes = 6.0;  // nearer a car shows more points, up to so many times as many
@@ -111,6 +112,8 @@ void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration
       }
     }
     p_detect_[slot] = std::max(p, kLeastDetect);
+    const double since_s = seconds_between(tracks.head[slot].state_ns, it.stamp_ns);
+    miss_score_[slot] = log_f64(1.0 - p_detect_[slot]) * std::clamp(since_s / kOwnMiss_s, 0.0, 1.0);
   }
 }
 
@@ -281,7 +284,7 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
     if (s.hits < INT32_MAX) ++s.hits;
     s.score += hit_score_[slot];
   } else {
-    s.score += log_f64(1.0 - p_detect_[slot]);
+    s.score += miss_score_[slot];
   }
   s.score = std::clamp(s.score, -lane_.most_score, lane_.most_score);
   switch (s.stage) {

@@ -21,6 +21,7 @@ constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in t
 constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
 constexpr int32_t kLooks = 16;                                // iterations before the last hit
 constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
+constexpr int32_t kTwoCars = 20;                              // hits of both of two tracks
 constexpr double kApartSigmas2 = 9.0;  // of the difference of two velocities, over its variance: two cars
 constexpr double kSameSigmas = 1.5;    // of the offset of two tracks that are both seen
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
@@ -144,7 +145,9 @@ bool LanePolicy::pass_each_other(const State& a, const State& b) const noexcept 
 // the car also where it is kSameSigmas larger: two cars side by side are hardly farther apart than two parts of one.
 bool LanePolicy::is_one_car(const State& elder, Place elder_place, const State& s, Place place) const noexcept {
   if (pass_each_other(s, elder)) return false;
-  if (s.visibility != Visibility::kSeen || elder.visibility != Visibility::kSeen) return true;
+  // Two tracks of one car become one while both are seen. Each hit so often, they are two cars, in one detection now.
+  if (s.visibility != Visibility::kSeen || elder.visibility != Visibility::kSeen)
+    return std::min(s.hits, elder.hits) < kTwoCars;
   const auto &p = s.estimate.covariance, &q = elder.estimate.covariance;
   const double xx = p[0][0] + q[0][0], xy = p[0][1] + q[0][1], yy = p[1][1] + q[1][1];
   const double dx = place.x_m - elder_place.x_m, dy = place.y_m - elder_place.y_m;

@@ -62,9 +62,11 @@ constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag =
 // the measurement's variances), or after this time.
 constexpr double kCourseWay = 0.25, kCourseWait_s = 0.12;
 constexpr int32_t kSteadyHits = 5;                         // with fewer hits the state has not settled
+constexpr double kStandsShare = 0.5;                       // of birth_sigma_speed: a car that hardly moves
+constexpr double kLeastBirth_mps = 20.0;                   // on a map cars drive one way
 constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car of this speed is so many deviations off
 constexpr double kFaintGate_d2 = 9.0;
-constexpr double kAloneCost = 14.0;  // of a track that stays without a detection
+constexpr double kAloneCost = 18.0;  // of a track that stays without a detection
 
 // Heading.
 constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.15, kHeadingRate_rps = 2.0;
@@ -73,12 +75,39 @@ constexpr int32_t kHeadingMisses = 3;      // this many contradictions in a row 
 constexpr int32_t kTurnedVotes = 3;        // so many more detections with the front at the other end turn it round
 constexpr double kSlip_rad = 0.05;         // between the course and the axis of a car that drives
 
-// Where neither map nor ego vehicle tells the course of a new track, it stays where it is, and its place spreads to all
-// sides until the second measurement.
-void spread(TrackEstimate& e, double sigma_mps, double from_s, double to_s) {
-  const double more = sigma_mps * sigma_mps * (to_s * to_s - from_s * from_s);
+// Where no map tells the course of a new track, it goes as the ego vehicle does, or stays where it is, and its place
+// spreads to all sides alike until the second measurement.
+void spread(TrackEstimate& e, double from_s, double to_s) {
+  const double more = e.covariance[2][2] * (to_s * to_s - from_s * from_s), way_m = e.mean.speed_mps * (to_s - from_s);
   e.covariance[0][0] += more;
   e.covariance[1][1] += more;
+  if (way_m == 0.0) return;
+  double sine, cosine;
+  sin_cos_f64(e.mean.course_rad, sine, cosine);
+  e.mean.x_m += way_m * cosine;
+  e.mean.y_m += way_m * sine;
+}
+
+// What a place that spreads has more than if the new car moved about as guessed: as the ego vehicle does, or hardly.
+double guess_of(const LaneTrack& s, double birth_sigma_mps, double unseen_s) {
+  if (s.has_course) return 0.0;
+  const double sigma_mps = s.estimate.mean.speed_mps > 0.0 ? birth_sigma_mps : kStandsShare * birth_sigma_mps;
+  return std::max(s.estimate.covariance[2][2] - sigma_mps * sigma_mps, 0.0) * unseen_s * unseen_s;
+}
+
+// innovate() of a track that has no course yet: its car moves about as guessed, which makes the variance of its place
+// less by guess_m2, or in any way. Either is as likely; what fits the measurement better counts.
+bool innovate_guess(const TrackEstimate& e, double guess_m2, const Measurement& z, Innovation* out) {
+  constexpr double kEither = 1.3862943611198906;  // 2 log 2
+  if (!innovate(e, z, out)) return false;
+  if (!(guess_m2 > 0.0)) return true;
+  TrackEstimate guessed = e;
+  guessed.covariance[0][0] -= guess_m2;
+  guessed.covariance[1][1] -= guess_m2;
+  Innovation of_guess;
+  if (innovate(guessed, z, &of_guess) && of_guess.d2 + of_guess.log_det < out->d2 + out->log_det) *out = of_guess;
+  out->log_det += kEither;
+  return true;
 }
 
 int32_t steps_of(double dt_s) {
@@ -96,7 +125,7 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
       path_(params, map_) {
   const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
   arena_.build_or_throw(allocator, [&](Carver& carver) {
-    for (double** column : {&range_m_, &bearing_rad_, &p_detect_, &p_in_view_, &hit_score_})
+    for (double** column : {&range_m_, &bearing_rad_, &p_detect_, &p_in_view_, &hit_score_, &miss_score_})
       *column = carver.take<double>(slots);
     place_ = carver.take<Place>(slots);
     visibility_ = carver.take<Visibility>(slots);
@@ -205,7 +234,7 @@ void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcep
   forward_in_time = forward_in_time && dt_s > 0.0;
   if (!s.has_course) {
     const double unseen_s = s.unseen_s + dt_s;  // negative: before the first measurement
-    spread(s.estimate, params_.birth_sigma_v, s.unseen_s, unseen_s);
+    spread(s.estimate, s.unseen_s, unseen_s);
     s.unseen_s = unseen_s;
     if (forward_in_time) s.heading_age_s += dt_s;
     return;
@@ -273,7 +302,8 @@ Doubt LanePolicy::doubt(const State& s) const noexcept {
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
   Estimate e = {s.estimate, s.stage == LaneStage::kLost};
   if (!s.has_course) {
-    spread(e, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
+    spread(e, s.unseen_s, s.unseen_s + dt_s);
+    e.guess_m2 = guess_of(s, params_.birth_sigma_v, s.unseen_s + dt_s);
     return e;
   }
   const CourseNoise noise = noise_of(s);
@@ -308,19 +338,19 @@ Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept 
 bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) const noexcept {
   if (e.is_lost && !is_cluster(z)) return false;
   Innovation innovation;
-  if (!innovate(e, with_lasting_error(z), &innovation) || !(innovation.d2 <= params_.gate_d2)) return false;
+  if (!innovate_guess(e, e.guess_m2, with_lasting_error(z), &innovation) || !(innovation.d2 <= params_.gate_d2))
+    return false;
   if (z.faint && !(innovation.d2 <= kFaintGate_d2 && z.height_m >= lane_.low_m)) return false;  // may be the road
   cost = innovation.d2 + innovation.log_det + (z.faint ? params_.gate_d2 : 0.0);  // a detection comes first
   return true;
 }
 
-// Of cars that stand one behind the other, one of which is not seen, each track would take the next car, and a speed: a
-// track without a course may stay alone. Where all rows are pushed ones, each track may: the assignment forms as many
-// pairs as it can, at any cost within the gates. Not on a map, where a track begins with the lane's course and a speed
-// that may be far from its car's.
+// The assignment forms as many pairs as it can, at any cost within the gates. Of cars one behind the other, one of
+// which is not seen, each track would take the next car, and a speed. Where all rows are pushed ones, each track may
+// stay alone, so none does because another one may not. So may one of which not even the ego vehicle tells a course.
 bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
   cost = kAloneCost;
-  return only_rows_ || !s.has_course;
+  return are_rows_ || (!s.has_course && !ego_.known);
 }
 
 Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it,
@@ -329,7 +359,8 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
   ego_ = it.ego;
   since_far_jump_s_ = it.since_far_ego_jump_s;
   knows_range_ = it.ego.known || !it.in_map;
-  only_rows_ = asks_map_ == 0 && it.count > 0 && std::none_of(it.measurement, it.measurement + it.count, is_cluster);
+  are_rows_ = it.count > 0 && std::none_of(it.measurement, it.measurement + it.count, is_cluster);
+  only_rows_ = are_rows_ && asks_map_ == 0;
   find_places(tracks, it);
   look_from_ego(tracks);
   find_detectable(tracks, it);
@@ -442,8 +473,8 @@ void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept 
 // Where nothing told the course of a track, the way from its first measurement to this one does. A moment after the
 // first, the errors of both are longer than the way.
 bool LanePolicy::waits_for_course(const State& s, const Measurement& z) const noexcept {
-  const double way_m = params_.birth_sigma_v * s.unseen_s;
-  const bool is_told = way_m > 0.0 && way_m * way_m > kCourseWay * (z.var_x + z.var_y);
+  const double way2_m2 = s.estimate.covariance[2][2] * s.unseen_s * s.unseen_s;
+  const bool is_told = s.unseen_s > 0.0 && way2_m2 > kCourseWay * (z.var_x + z.var_y);
   return !s.has_course && s.unseen_s < kCourseWait_s && !is_told;
 }
 
@@ -453,13 +484,14 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   s.asks_map = asks_map_;
   move(s, dt_s, true);
   Innovation innovation;
-  const bool is_known = innovate(s.estimate, wide, &innovation);
+  const double guess_m2 = guess_of(s, params_.birth_sigma_v, s.unseen_s);
+  const bool is_known = innovate_guess(s.estimate, guess_m2, wide, &innovation);
   score_hit(slot, s, z, is_known ? &innovation : nullptr);
   if (is_known) watch_for_manoeuvre(s, wide, dt_s, wide.var_x > kLasts * z.var_x);
   if (is_known) doubt_lane_course(s, wide);
   const bool waits = waits_for_course(s, wide);
   if (!s.has_course && !waits)
-    s.has_course = find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
+    s.has_course = find_course(s.estimate, wide, s.unseen_s);
   else if (s.has_course)
     update_on_lane(s.estimate, wide);
   measure_front(s, z);
@@ -486,18 +518,21 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   double sigma_v = params_.birth_sigma_v, sigma_phi = params_.birth_sigma_phi, sigma_omega = params_.birth_sigma_omega;
   if (it.ego.known) {
     mean.speed_mps = std::max(0.0, lane_.birth_speed_share * it.ego.speed_mps);
-    const double least_sigma = (kFastest_mps - mean.speed_mps) / kBirthSigmas;  // the ego vehicle may stand
-    sigma_v = std::max(least_sigma, lane_.birth_sigma_share * std::fabs(it.ego.speed_mps));
+    sigma_v = lane_.birth_sigma_share * std::fabs(it.ego.speed_mps);
   }
   if (map_ && s.asks_map) {
     const MapProjection at = map_->project(z.x_m, z.y_m);
+    mean.speed_mps = std::max(mean.speed_mps, kLeastBirth_mps);
     mean.course_rad = wrap_angle(at.heading_rad);
     mean.yaw_rate_rps = map_->is_beside(at) ? mean.speed_mps * at.curvature_per_m : 0.0;
     sigma_phi = lane_.birth_sigma_course, sigma_omega = lane_.birth_sigma_yaw_rate;
+    sigma_v = std::max(sigma_v, (kFastest_mps - mean.speed_mps) / kBirthSigmas);  // the ego vehicle may stand
   } else {
     if (it.ego.known) mean.course_rad = wrap_angle(it.ego.heading_rad);
+    sigma_v = std::max(sigma_v, (kFastest_mps + mean.speed_mps) / kBirthSigmas);  // it may come from anywhere
     sigma_phi = it.ego.known ? std::max(sigma_phi, kFreeBirthCourse_rad) : kPi;
     sigma_omega = std::max(sigma_omega, kFreeBirthYawRate_rps);
+    s.has_course = 0;
   }
   const Measurement wide = with_lasting_error(z);
   auto& cov = s.estimate.covariance;
@@ -507,7 +542,6 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   cov[2][2] = sigma_v * sigma_v;
   cov[3][3] = sigma_phi * sigma_phi;
   cov[4][4] = sigma_omega * sigma_omega;
-  s.has_course = sigma_phi < kPi || mean.speed_mps != 0.0;
   s.heading_rad = mean.course_rad;
   s.heading_var = cov[3][3] + kSlip_rad * kSlip_rad;
   measure_heading(s, z);
@@ -520,6 +554,7 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
 
 void LanePolicy::write(const State& s, TrackTable& t, std::size_t i) const noexcept {
   write_estimate(s.estimate, t, i);
+  t.speed_mps[i] = std::max(t.speed_mps[i], 0.0);
   t.state[i] = int32_t(is_confirmed(s) ? TrackState::kConfirmed : TrackState::kTentative);
   t.heading_rad[i] = s.heading_rad;
   t.length_m[i] = s.length_m;
@@ -562,18 +597,25 @@ PathNoise LanePolicy::path_noise(const State& s) const noexcept {
 
 // Where the course is unknown, the car may go to any side (spread).
 void LanePolicy::spread_path(const State& s, int32_t first, PathTable& t) const noexcept {
+  double sine, cosine;
+  sin_cos_f64(s.estimate.mean.course_rad, sine, cosine);
   for (int32_t i = first; i < t.count; ++i) {
     TrackEstimate e = s.estimate;
-    spread(e, params_.birth_sigma_v, s.unseen_s, s.unseen_s + (i - first + 1) * params_.horizon_step_s);
-    t.var_x[i] = e.covariance[0][0], t.var_y[i] = e.covariance[1][1], t.cov_xy[i] = e.covariance[0][1];
-    t.steady_along_m[i] = std::sqrt(t.var_x[i]), t.steady_across_m[i] = std::sqrt(t.var_y[i]);  // course 0
+    spread(e, s.unseen_s, s.unseen_s + (i - first + 1) * params_.horizon_step_s);
+    const double xx = e.covariance[0][0], yy = e.covariance[1][1], xy = e.covariance[0][1];
+    t.x_m[i] = e.mean.x_m, t.y_m[i] = e.mean.y_m;
+    t.var_x[i] = xx, t.var_y[i] = yy, t.cov_xy[i] = xy;
+    t.steady_along_m[i] = std::sqrt(cosine * cosine * xx + sine * sine * yy + 2.0 * sine * cosine * xy);
+    t.steady_across_m[i] = std::sqrt(sine * sine * xx + cosine * cosine * yy - 2.0 * sine * cosine * xy);
   }
 }
 
 void LanePolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {
   for (const State& s : states) {
     const int32_t first = t.count;
-    path_.write(s.estimate, path_of(s), s.segment, path_noise(s), t);
+    LaneEstimate forward = s.estimate;
+    forward.mean.speed_mps = std::max(forward.mean.speed_mps, 0.0);
+    path_.write(forward, path_of(s), s.segment, path_noise(s), t);
     if (!s.has_course) spread_path(s, first, t);
   }
 }

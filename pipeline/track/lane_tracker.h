@@ -80,6 +80,7 @@ class LanePolicy {
   // For the assignment. The lane is that at the track's state, which is at most a few frames old.
   struct Estimate : LaneEstimate {
     bool is_lost = false;
+    double guess_m2 = 0;  // see innovate_guess
   };
   using Ahead = MotionState;
   Ahead look_ahead(const State& s, double dt_s) const noexcept;
@@ -151,7 +152,7 @@ class LanePolicy {
   // would do so if nothing hid them), and the score of a hit.
   Place* place_ = nullptr;
   double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *p_in_view_ = nullptr,
-         *hit_score_ = nullptr;
+         *hit_score_ = nullptr, *miss_score_ = nullptr;
   Visibility* visibility_ = nullptr;
   bool* in_part_ = nullptr;       // another car may hide a part of it
   int32_t* confirmed_ = nullptr;  // slots of the confirmed tracks
@@ -166,7 +167,8 @@ class LanePolicy {
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
   bool knows_range_ = true;  // of the iteration's places from the ego vehicle
-  bool only_rows_ = false;   // all measurements are pushed rows, and no map is asked
+  bool are_rows_ = false;
+  bool only_rows_ = false;  // all measurements are pushed rows, and no map is asked
   TrackerEgo ego_;
 };
 

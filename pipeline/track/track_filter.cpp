@@ -132,7 +132,7 @@ bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* o
   return true;
 }
 
-bool update(TrackEstimate& estimate, const Measurement& z, bool* turned) noexcept {
+bool update(TrackEstimate& estimate, const Measurement& z, bool* turned, double backwards_mps) noexcept {
   const Innovator s = make_innovator(estimate, z);
   if (!s.sound) return false;
   const bool was_wide = is_wide(estimate);
@@ -159,22 +159,25 @@ bool update(TrackEstimate& estimate, const Measurement& z, bool* turned) noexcep
   p.noalias() += gain_r * gain.transpose();
   symmetrise(estimate);
   if (was_wide || z.var_x * z.var_y - z.cov_xy * z.cov_xy < 1e-6 * s.det) keep_positive(estimate);
-  const bool changed = turn_round(estimate);
+  const bool changed = turn_round(estimate, backwards_mps);
   if (turned) *turned = changed;
   return true;
 }
 
-bool find_course(TrackEstimate& estimate, const Measurement& z, double sigma_mps, double dt_s) noexcept {
+bool find_course(TrackEstimate& estimate, const Measurement& z, double dt_s) noexcept {
   const Innovator s = make_innovator(estimate, z);
   if (!s.sound || !(dt_s > 0.0)) return false;
-  const double speed_var = sigma_mps * sigma_mps, cov = speed_var * dt_s;
   MotionState& m = estimate.mean;
+  const double speed_var = estimate.covariance[2][2], cov = speed_var * dt_s;
   auto p = matrix_of(estimate);
   const Matrix2 one = Matrix2::Identity(), place = p.topLeftCorner<2, 2>();
   Matrix2 s_inverse;
   s_inverse << s.yy / s.det, -s.xy / s.det, -s.xy / s.det, s.xx / s.det;
   const Matrix2 gain = place * s_inverse, speed_gain = cov * s_inverse;
-  const Vector2 innovation(z.x_m - m.x_m, z.y_m - m.y_m), way = gain * innovation, velocity = speed_gain * innovation;
+  double sine, cosine;
+  sin_cos_f64(m.course_rad, sine, cosine);
+  const Vector2 innovation(z.x_m - m.x_m, z.y_m - m.y_m), way = gain * innovation;
+  const Vector2 velocity = Vector2(m.speed_mps * cosine, m.speed_mps * sine) + speed_gain * innovation;
   const Matrix2 place_var = place - gain * place, place_velocity = cov * (one - gain);
   const Matrix2 velocity_var = speed_var * one - cov * speed_gain;
 
@@ -182,7 +185,6 @@ bool find_course(TrackEstimate& estimate, const Measurement& z, double sigma_mps
   m.y_m += way[1];
   m.speed_mps = hypot_f64(velocity[0], velocity[1]);
   m.course_rad = atan2_f64(velocity[1], velocity[0]);
-  double sine, cosine;
   sin_cos_f64(m.course_rad, sine, cosine);
   // Where the speed is less than its own deviation, any course is possible: 1 rad.
   const double across = sine * sine * velocity_var(0, 0) + cosine * cosine * velocity_var(1, 1) -
@@ -199,8 +201,8 @@ bool find_course(TrackEstimate& estimate, const Measurement& z, double sigma_mps
   return true;
 }
 
-bool turn_round(TrackEstimate& estimate) noexcept {
-  if (!(estimate.mean.speed_mps < 0.0)) return false;
+bool turn_round(TrackEstimate& estimate, double backwards_mps) noexcept {
+  if (!(estimate.mean.speed_mps < -backwards_mps)) return false;
   estimate.mean.speed_mps = -estimate.mean.speed_mps;
   estimate.mean.course_rad = wrap_angle(estimate.mean.course_rad + kPi);
   for (int i = 0; i < kTrackStateSize; ++i) {
