@@ -180,6 +180,7 @@ bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcep
 bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row, float bare_share) noexcept {
   constexpr float kGlare = 5.0f, kBare = 25.0f;  // a white body is up to 20 times as bright as dark asphalt
   constexpr int32_t kFewest = 2;                 // one point is the lamp of a car, and of few points makes such a mean
+  constexpr int32_t kManyPoints = 30;            // of so many of glare, some are the reflector itself
   float sum = 0.0f, least = 0.0f;
   int32_t bright = 0, bare = 0;
   for_each_intensity(frame, ground, row, [&](float intensity, float road) {
@@ -188,7 +189,9 @@ bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row, fl
     bright += intensity > kGlare * road;
     bare += intensity > kBare * road;
   });
-  return sum > least && bright >= kFewest && float(bare) >= bare_share * float(frame.merged.point_count[row]);
+  const int32_t points = frame.merged.point_count[row];
+  if (bare == 0 && points >= kManyPoints) return false;
+  return sum > least && bright >= kFewest && float(bare) >= bare_share * float(points);
 }
 
 bool is_surely_car(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {

@@ -604,29 +604,33 @@ TEST_CASE("lane identity: a track's time does not go back where another one take
 }
 
 TEST_CASE("lane identity: two cars known for a while stay two while one detection covers both, and keep their ids") {
-  for (const bool in_line : {false, true})
-    for (const int32_t merged : {4, 8}) {
-      CAPTURE(in_line);
-      CAPTURE(merged);
-      LaneBench bench;
-      std::vector<TrackId> first;
-      for (int32_t k = 0; k < 70; ++k) {
-        const double x_m = 50 * kFrame_s * k;
-        bench.ego_at(x_m - 40);
-        const Place a = {x_m, 0}, b = in_line ? Place{x_m + 6, 0} : Place{x_m, 2.4};
-        const bool is_one = k >= 40 && k < 40 + merged;
-        std::vector<Measurement> rows;
-        if (is_one) {
-          rows.push_back(seen_car(0.5 * (a.x_m + b.x_m), 0.5 * (a.y_m + b.y_m), k));
-          rows[0].var_x = in_line ? 9 : 0.01, rows[0].var_y = in_line ? 0.01 : 1.4;
-        } else {
-          rows = {seen_car(a.x_m, a.y_m, k), seen_car(b.x_m, b.y_m, k)};
-        }
-        for (Measurement& z : rows) z.points = 0;
-        const std::vector<TrackId> ids = bench.step(k, rows);
-        if (k == 39) first = ids;
-        if (k >= 39) CHECK(bench.confirmed() == 2);
-        if (k >= 40 + merged) CHECK(ids == first);
+  const struct {
+    bool in_line, is_honest;  // the variance of the one detection covers both
+    int32_t merged;
+  } cases[] = {{false, true, 4}, {false, true, 8}, {true, true, 4}, {true, true, 8}, {false, false, 6}};
+  for (const auto& [in_line, is_honest, merged] : cases) {
+    CAPTURE(in_line);
+    CAPTURE(is_honest);
+    CAPTURE(merged);
+    LaneBench bench;
+    std::vector<TrackId> first;
+    for (int32_t k = 0; k < 70; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - 40);
+      const Place a = {x_m, 0}, b = in_line ? Place{x_m + 6, 0} : Place{x_m, 2.4};
+      const bool is_one = k >= 40 && k < 40 + merged;
+      std::vector<Measurement> rows;
+      if (is_one) {
+        rows.push_back(seen_car(0.5 * (a.x_m + b.x_m), 0.5 * (a.y_m + b.y_m), k));
+        rows[0].var_x = is_honest && in_line ? 9 : 0.1, rows[0].var_y = is_honest && !in_line ? 1.4 : 0.1;
+      } else {
+        rows = {seen_car(a.x_m, a.y_m, k), seen_car(b.x_m, b.y_m, k)};
       }
+      for (Measurement& z : rows) z.points = 0;
+      const std::vector<TrackId> ids = bench.step(k, rows);
+      if (k == 39) first = ids;
+      if (k >= 39) CHECK(bench.confirmed() == 2);
+      if (k >= 40 + merged) CHECK(ids == first);
     }
+  }
 }

@@ -578,24 +578,29 @@ TEST_CASE(
 
 TEST_CASE("lane tracker: on a map, of cars one behind the other, none takes the next one's row where one is missed") {
   const test::CircleRoad ring = make_ring(1e5);
-  for (const double ego_mps : {0.0, 60.0}) {
+  const struct {
+    double ego_mps, gap_m;
+    int32_t every;
+  } convoys[] = {{0, 8, 1}, {60, 8, 1}, {0, 10, 2}, {60, 10, 2}};
+  for (const auto& [ego_mps, gap_m, every] : convoys) {
     CAPTURE(ego_mps);
+    CAPTURE(every);
     LaneBench bench(&ring.map);
     bench.input.ego.speed_mps = ego_mps;
     std::vector<TrackId> first(8, kNobody);
-    for (int32_t k = 0; k < 30; ++k) {
+    for (int32_t k = 0; k < 30; k += every) {
       const Place ego = on_ring(1e5, ego_mps * kFrame_s * k);
       bench.input.ego.x_m = ego.x_m, bench.input.ego.y_m = ego.y_m;
       std::vector<Measurement> rows;
       for (int32_t car = 0; car < 8; ++car) {
-        if ((k == 1 && car == 7) || (k == 0 && car == 0)) continue;  // one leaves as another one comes
-        const Place at = on_ring(1e5, 60 * kFrame_s * k - 8 * car);
+        if ((k == every && car == 0) || (k == 0 && car == 7)) continue;  // one is missed as another one comes
+        const Place at = on_ring(1e5, 60 * kFrame_s * k - gap_m * car);
         rows.push_back(seen_car(at.x_m, at.y_m, k));
         rows.back().points = 0;
       }
       const std::vector<TrackId> ids = bench.step(k, rows);
       for (std::size_t i = 0; i < ids.size(); ++i) {
-        const std::size_t car = i + (k == 0);
+        const std::size_t car = i + (k == every);
         if (first[car] == kNobody) first[car] = ids[i];
         CHECK(ids[i] == first[car]);
       }
