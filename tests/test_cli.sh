@@ -280,6 +280,12 @@ misuse "simulate: unknown option '--sed'; did you mean '--seed'[?] (overtake sim
 misuse "run: 'b' is one argument too many (overtake run --help)" run a b --rig av21 --out out
 misuse "run: --out is required (overtake run --help)" run scene --rig av21
 misuse "run: --workers: *-1* (overtake run --help)" run scene --rig av21 --out out --workers -1
+misuse "run: --rig: is empty; a value is needed (overtake run --help)" run scene --rig "" --out out
+for option in map ego config preset isa mcap trace; do
+  misuse "run: --$option: is empty; a value is needed (overtake run --help)" run scene --rig av21 --out out --$option ""
+done
+misuse "run: --out: is empty; a value is needed (overtake run --help)" run scene --rig av21 --out ""
+misuse "run: input: is empty; a value is needed (overtake run --help)" run "" --rig av21 --out out
 for number in -1 1.5 nan inf 18446744073709551616 ""; do
   misuse "simulate: --seed: Value $number is not a whole number from 0 on (overtake simulate --help)" simulate demo --seed "$number" --out out
 done

@@ -130,7 +130,6 @@ for words in "info pipe.mcap" "doctor pipe.mcap --rig av21" "evaluate pipe.mcap 
   timeout 20 "$overtake" $words >stdout 2>stderr
   (($? == 1)) && grep -q 'pipe.mcap: is a pipe' stderr || fail "$words: $(head -c 300 stderr)"
 done
-refuse "'': is no name of a folder" run scene --rig av21 --out ""
 cp -r race race_cut && rm race_cut/map.csv && ln -s nowhere race_cut/map.csv
 refuse "race_cut/map.csv: no such file" run race_cut --out ov
 refuse "scene: holds no scan of that frame, 77; it holds frames 0 to 5" label scene --rig av21 --frame 77 --out ov
@@ -145,6 +144,24 @@ for words in "run scene --rig av21" "label scene --rig av21 --frame 0" "simulate
     fail "$words into a folder in use: $(head -c 300 stderr)"
 done
 same held/tracks.csv held_tracks.csv "by a command that was refused"
+
+# ---- so does a file
+printf '' >busy.mcap.part
+for words in "run scene --rig av21 --out beside --mcap" "simulate demo --seconds 0.1 --out"; do
+  # shellcheck disable=SC2086
+  flock busy.mcap.part "$overtake" $words busy.mcap >stdout 2>stderr && fail "$words: writes a file in use"
+  [[ $(cat stderr) == "overtake: busy.mcap: another command writes it: wait until it ends, or choose another name" ]] ||
+    fail "$words into a file in use: $(head -c 300 stderr)"
+  [[ -f busy.mcap.part && ! -e busy.mcap ]] || fail "$words: a file in use is gone"
+done
+rm busy.mcap.part
+"$overtake" simulate demo --seconds 2 --out busy.mcap --quiet >first_out 2>first_err &
+first=$!
+for ((i = 0; i < 100; ++i)); do [[ -e busy.mcap.part ]] && break || sleep 0.05; done
+"$overtake" simulate demo --seconds 0.1 --seed 2 --out busy.mcap --quiet >stdout 2>stderr && fail "a second writer"
+wait "$first" || fail "the first writer: $(head -c 300 first_err)"
+"$overtake" info busy.mcap >stdout 2>stderr || fail "the log of the first writer: $(head -c 300 stderr)"
+rm busy.mcap
 expect "the next command" "$overtake" run scene --rig av21 --out held --quiet
 
 # ---- symbolic links, folders, devices

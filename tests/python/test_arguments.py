@@ -133,6 +133,9 @@ WRONG = {
     "big-endian": (lambda: {**car_tail(), "z": car_tail()["z"].astype(">f4")}, TypeError, "z is big-endian float32"),
     "complex": (lambda: {**car_tail(), "y": car_tail()["y"].astype("c8")}, TypeError, "y is complex64"),
     "text": (lambda: {**car_tail(), "y": numpy.zeros(360, "U3")}, TypeError, "y is dtype of kind 'U'"),
+    "a mask": (lambda: numpy.ma.masked_array(matrix(), matrix() > 10), TypeError, "points is a masked array"),
+    "a mask in a dict": (lambda: {**car_tail(), "z": numpy.ma.masked_array(car_tail()["z"])}, TypeError,
+                         "z is a masked array"),
     "two dimensions in a dict": (lambda: {**car_tail(), "x": matrix()}, ValueError, r"x has shape \(360, 5\)"),
     "a list in a dict": (lambda: {**car_tail(), "z": [0.0] * 360}, TypeError, "z is a list"),
     "different lengths": (lambda: {**car_tail(), "z": numpy.zeros(359, "f4")}, ValueError,
@@ -250,6 +253,8 @@ def test_detections_of_another_detector():
             detector.push_detections(10 * 50_000_000, [1, 2], [1])
         with pytest.raises(TypeError, match="score is dtype of kind 'U'; numbers are needed"):
             detector.push_detections(10 * 50_000_000, [1], [1], score=numpy.array(["a"]))
+        with pytest.raises(TypeError, match="x_m is a masked array"):
+            detector.push_detections(10 * 50_000_000, numpy.ma.masked_array([1.0], mask=[True]), [1.0])
         for var_x, var_y, cov_xy, sentence in (
                 (-1, -1, 0, "a variance is not between"), (0.1, float("nan"), 0, "var_x and var_y are needed together"),
                 (float("nan"), float("nan"), 0, "cov_xy needs var_x and var_y"), (0.1, 0.1, 500, "cov_xy is too large")):

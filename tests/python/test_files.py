@@ -328,10 +328,11 @@ def test_wrong_recordings(tmp_path):
             overtake.run(tmp_path, rig="av21", path_horizon_s=wrong)
     with pytest.raises(TypeError, match="workers is 'two'; a whole number is needed"):
         overtake.run(tmp_path, rig="av21", workers="two")
-    with pytest.raises(ValueError, match="workers is -3; 0 or more is needed"):
+    with pytest.raises(ValueError, match="workers is -3; 0 to 256 is needed"):
         overtake.run(tmp_path, rig="av21", workers=-3)
-    with pytest.raises(ValueError, match="workers is -1; 0 or more is needed"):
-        overtake.simulate("demo", workers=-1)
+    for workers in (-1, 257, 1000000):
+        with pytest.raises(ValueError, match=f"workers is {workers}; 0 to 256 is needed"):
+            overtake.simulate("demo", workers=workers)
     rig = overtake.load_rig("av21")
     rig.sensors[0].z_m += 0.1
     with pytest.raises(ValueError, match="rig was changed after load_rig: a recording reads av21 again"):

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Parameters as attributes, made from the library's table.
+import copy
 import json
 import keyword
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -58,6 +60,18 @@ def test_wrong_names_and_values():
         params.tracker.confirm_hits = "many"
     with pytest.raises(ValueError, match="preset is 'paper', but params are those of 'best'"):
         overtake.Detector(overtake.Sensor(), "paper", params=params)
+
+
+def test_copies_are_independent_and_equal():
+    params = overtake.Params("paper")
+    params.gate.min_points = 9
+    made = [params.copy(), copy.copy(params), copy.deepcopy(params), pickle.loads(pickle.dumps(params))]
+    for other in made:
+        assert other == params and other.preset == "paper" and other.gate.min_points == 9
+    params.gate.min_points = 4
+    for other in made:
+        assert other != params and other.gate.min_points == 9
+    assert params != overtake.Params("best") and params != 3
 
 
 def test_a_detector_copies_its_parameters():

@@ -88,6 +88,14 @@ std::string usage_error(const CommandTree& tree, const std::vector<std::string>&
   return place + error.what() + its_help;
 }
 
+// An empty word is no value: it stands for a variable of the shell that is not set, for instance.
+void refuse_empty_words(const CLI::App& app) {
+  for (const CLI::App* command : app.get_subcommands())
+    for (const CLI::Option* option : command->get_options())
+      for (const std::string& word : option->results())
+        if (word.empty()) throw CLI::ValidationError(option->get_name(), "is empty; a value is needed");
+}
+
 // An option of every command: limits the memory for reading one file.
 void add_max_memory(CLI::App& app) {
   app.add_option_function<std::string>(
@@ -137,6 +145,7 @@ int run_command_line(int argc, const char* const* argv) {
   tree.set_json(std::find(words.begin(), words.end(), "--json") != words.end());
   try {
     app.parse(argc, argv);
+    refuse_empty_words(app);
     for (const Command& command : tree.commands())
       if (app.got_subcommand(command.name)) return command.run();
     return 0;

@@ -98,14 +98,31 @@ bool is_below(const std::string& place, const std::string& folder) {
 
 }  // namespace
 
-OutputGuard::FolderLock::FolderLock(const std::string& path)
-    : file_(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+OutputGuard::OutputLock::OutputLock(int file, const std::string& path, const char* busy) : file_(file) {
   if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
   close(file_);
-  throw Error(path, 0, "another command writes its results there: wait until it ends, or choose another folder");
+  throw Error(path, 0, busy);
 }
 
-OutputGuard::FolderLock::~FolderLock() {
+OutputGuard::OutputLock OutputGuard::OutputLock::of_folder(const std::string& path) {
+  return {open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC), path,
+          "another command writes its results there: wait until it ends, or choose another folder"};
+}
+
+constexpr const char* kFileIsBusy = "another command writes it: wait until it ends, or choose another name";
+
+OutputGuard::OutputLock OutputGuard::OutputLock::of_part(const std::string& path) {
+  const std::string part = path + kPartSuffix;
+  struct stat status {};
+  if (lstat(part.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return {};
+  return {open(part.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC), path, kFileIsBusy};
+}
+
+OutputGuard::OutputLock OutputGuard::OutputLock::new_part(const std::string& path) {
+  return {open((path + kPartSuffix).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666), path, kFileIsBusy};
+}
+
+OutputGuard::OutputLock::~OutputLock() {
   if (file_ >= 0) close(file_);
 }
 
@@ -202,6 +219,7 @@ void OutputGuard::check_place(const std::string& path, const std::string& place)
 
 void OutputGuard::check(const std::string& path) {
   const std::lock_guard lock(mutex_);
+  OutputLock::of_part(path);
   check_place(path, real_place(path));
   const std::string part = path + kPartSuffix;
   check_place(part, real_place(part));
@@ -214,16 +232,18 @@ std::string OutputGuard::begin(const std::string& path) {
   const bool part_exists = lstat(part.c_str(), &status) == 0;  // if not, no output of this command uses the name
   for (auto p = pending_.begin(); part_exists && p != pending_.end(); ++p)
     if (p->place == place) throw Error(path, 0, "is the name of two outputs of this command");
+  Folder* folder = folder_of(place);
+  OutputLock file_lock = folder ? OutputLock() : OutputLock::of_part(path);
   check_place(path, place);
   check_place(part, real_place(part));
   std::error_code code;
   fs::remove(part, code);  // never overwritten in place: it may have other names (hard links)
-  Folder* folder = folder_of(place);
+  if (!folder) file_lock = OutputLock::new_part(path);
   if (folder && !folder->has_list) {
     folder->has_list = folder->made_list = true;
     write_list(*folder);
   }
-  pending_.push_back({path, place});
+  pending_.push_back({path, place, std::move(file_lock)});
   return part;
 }
 
@@ -247,7 +267,7 @@ void OutputGuard::add_folder(const std::string& path) {
   folder.place = fs::canonical(path, code).string();
   for (const Folder& known : folders_)
     if (known.place == folder.place) return;
-  folder.lock = FolderLock(path);
+  folder.lock = OutputLock::of_folder(path);
   read_list(folder);
   folders_.push_back(std::move(folder));
 }

@@ -60,30 +60,34 @@ class OutputGuard {
   void commit();  // renames everything written so far; may be called again. Throws Error.
 
  private:
-  struct Pending {
-    std::string path, place;  // as given; in its canonical folder
-  };
-  // A lock on a folder, which ends with the object or the process. File systems without locks grant every one, NFS one
-  // to each host.
-  class FolderLock {
+  // A lock on a folder or a file, which ends with the object or the process. File systems without locks grant every
+  // one, NFS one to each host.
+  class OutputLock {
    public:
-    FolderLock() = default;
-    explicit FolderLock(const std::string& path);  // throws Error if another command has it
-    FolderLock(FolderLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
-    FolderLock& operator=(FolderLock&& other) noexcept {
+    OutputLock() = default;
+    static OutputLock of_folder(const std::string& path);  // throws Error if another command has it
+    static OutputLock of_part(const std::string& path);    // of NAME.part of this file, if there is one; the same
+    static OutputLock new_part(const std::string& path);   // makes it; without one if it cannot be made
+    OutputLock(OutputLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+    OutputLock& operator=(OutputLock&& other) noexcept {
       std::swap(file_, other.file_);
       return *this;
     }
-    ~FolderLock();
+    ~OutputLock();
 
    private:
+    OutputLock(int file, const std::string& path, const char* busy);
     int file_ = -1;
+  };
+  struct Pending {
+    std::string path, place;  // as given; in its canonical folder
+    OutputLock lock;          // of a file outside of the folders of results, which have their own
   };
   struct Folder {
     std::string place;                         // canonical
     std::map<std::string, std::string> files;  // name below it, "HASH SIZE"
     bool has_list = false, made_list = false;
-    FolderLock lock;
+    OutputLock lock;
   };
   void check_place(const std::string& path, const std::string& place);
   bool is_input(const std::string& path, std::string& which);

@@ -78,7 +78,9 @@ void warn_of_damage(const std::string& sentence) {
 
 int32_t to_workers(py::handle value) {
   const auto workers = to_number<int32_t>(value, "workers");
-  if (workers < 0) throw py::value_error("workers is " + std::to_string(workers) + "; 0 or more is needed");
+  constexpr int32_t kMost = 256;  // as of the command line and of a detector
+  if (workers < 0 || workers > kMost)
+    throw py::value_error("workers is " + std::to_string(workers) + "; 0 to " + std::to_string(kMost) + " is needed");
   return workers;
 }
 

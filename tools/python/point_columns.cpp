@@ -121,7 +121,18 @@ std::string FieldList::text() const {
   return text;
 }
 
+namespace {
+
+void refuse_mask(py::handle object, const char* name) {
+  if (py::isinstance(object, py::module_::import("numpy").attr("ma").attr("MaskedArray")))
+    throw py::type_error(std::string(name) + " is a masked array, whose mask has no effect here; give the values " +
+                         "that count (numpy.ma.compressed), or NaN for those not measured (filled)");
+}
+
+}  // namespace
+
 py::array as_array(py::handle object, const char* name) {
+  refuse_mask(object, name);
   if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
   if (!PyObject_CheckBuffer(object.ptr()) || PyBytes_Check(object.ptr()) || PyByteArray_Check(object.ptr()))
     throw py::type_error(std::string(name) + " is a " + Py_TYPE(object.ptr())->tp_name +

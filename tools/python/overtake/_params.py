@@ -128,8 +128,29 @@ class Params:
         made._adopt(self._set.copy())
         return made
 
+    __copy__ = copy
+
+    def __deepcopy__(self, memo):
+        return self.copy()
+
+    def __reduce__(self):
+        return _restore, (self.preset, self.to_dict())
+
+    def __eq__(self, other):
+        if not isinstance(other, Params):
+            return NotImplemented
+        return self.preset == other.preset and self.to_dict() == other.to_dict()
+
+    __hash__ = None  # they change
+
     def __repr__(self):
         return f"<overtake.Params of preset {self.preset}>"
+
+
+def _restore(preset, values):
+    made = Params(preset)
+    made.update(values)
+    return made
 
 
 _names = tuple(row["name"] for row in _overtake.describe_params())
