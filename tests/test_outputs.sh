@@ -161,7 +161,9 @@ for ((i = 0; i < 100; ++i)); do [[ -e busy.mcap.part ]] && break || sleep 0.05; 
 "$overtake" simulate demo --seconds 0.1 --seed 2 --out busy.mcap --quiet >stdout 2>stderr && fail "a second writer"
 wait "$first" || fail "the first writer: $(head -c 300 first_err)"
 "$overtake" info busy.mcap >stdout 2>stderr || fail "the log of the first writer: $(head -c 300 stderr)"
-rm busy.mcap
+head -c 100 busy.mcap >cut.mcap
+refuse "--rig is needed (the recording holds none: damaged at byte *)*" run cut.mcap --out ov
+rm busy.mcap cut.mcap
 expect "the next command" "$overtake" run scene --rig av21 --out held --quiet
 
 # ---- symbolic links, folders, devices

@@ -285,12 +285,15 @@ Config load_config(const Options& options) {
 Config load_config_with_rig(const Options& options) {
   Config config = load_config(options);
   if (!config.has_rig && !std::filesystem::exists(options.input)) throw Error(options.input, 0, "no such file");
-  if (!config.has_rig && io::is_bag(options.input)) io::open_bag(options.input);  // throws what is wrong with the file
-  if (!config.has_rig)
-    throw Error("", 0,
-                "--rig is needed (the recording holds none): a TOML file, or " +
-                    io::join(io::builtin_rig_names(), ", ") + say_partial(options.input));
-  return config;
+  if (config.has_rig) return config;
+  std::string damage;
+  if (io::is_bag(options.input)) {
+    const auto bag = io::open_bag(options.input);  // throws what is wrong with the file
+    damage = bag->damage_of_search().empty() ? bag->damage() : bag->damage_of_search();
+  }
+  throw Error("", 0,
+              "--rig is needed (the recording holds none" + (damage.empty() ? "" : ": " + damage) +
+                  "): a TOML file, or " + io::join(io::builtin_rig_names(), ", ") + say_partial(options.input));
 }
 
 io::Capacities effective_capacities(const Config& config) {
