@@ -522,7 +522,7 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   }
   if (map_ && s.asks_map) {
     const MapProjection at = map_->project(z.x_m, z.y_m);
-    mean.speed_mps = std::max(mean.speed_mps, kLeastBirth_mps);
+    if (it.ego.known) mean.speed_mps = std::max(mean.speed_mps, kLeastBirth_mps);
     mean.course_rad = wrap_angle(at.heading_rad);
     mean.yaw_rate_rps = map_->is_beside(at) ? mean.speed_mps * at.curvature_per_m : 0.0;
     sigma_phi = lane_.birth_sigma_course, sigma_omega = lane_.birth_sigma_yaw_rate;
