@@ -307,7 +307,6 @@ namespace {
 // The motion of `best`: any lane or none, any process noise, and steps of at most 50 ms as its tracker takes them.
 class LaneSteps {
  public:
-  static constexpr double kLeastSpeed_mps = -1;  // a car that stands
   using Estimate = LaneEstimate;
   void draw_world(std::mt19937_64& random, double noise) {
     const auto of = [&](double usual) { return usual * noise * std::pow(10.0, draw(random, -1, 1)); };

@@ -208,7 +208,6 @@ namespace {
 // The filter of `paper`: updates of any accepted accuracy, with and without process noise.
 class CvtrSteps {
  public:
-  static constexpr double kLeastSpeed_mps = 0;
   using Estimate = TrackEstimate;
   void draw_world(std::mt19937_64&, double noise) {
     noise_ = make_paper_noise();

@@ -181,10 +181,9 @@ void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseN
 }
 
 bool update_on_lane(LaneEstimate& estimate, const Measurement& z) noexcept {
-  constexpr double kBackwards_mps = 1.0;  // errors of a car that stands: its course is not turned round by them
   const LaneEstimate before = estimate;
   bool turned = false;
-  if (!update(estimate, z, &turned, kBackwards_mps)) return false;
+  if (!update(estimate, z, &turned)) return false;
   const auto& p = before.covariance;
   const auto& q = before.accel_cov;
   const double xx = p[0][0] + z.var_x, xy = p[1][0] + z.cov_xy, yy = p[1][1] + z.var_y, det = xx * yy - xy * xy;
@@ -193,9 +192,8 @@ bool update_on_lane(LaneEstimate& estimate, const Measurement& z) noexcept {
   estimate.accel_mps2 += gain_x * x_m + gain_y * y_m;
   estimate.accel_var -= gain_x * q[0] + gain_y * q[1];
   for (int i = 0; i < kTrackStateSize; ++i) estimate.accel_cov[i] = q[i] - gain_x * p[0][i] - gain_y * p[1][i];
-  // A car that has turned round drives the other way, one that has come to rest brakes no more, and rounding may remove
-  // more than there is.
-  if (turned || estimate.mean.speed_mps < 0.0 || !(estimate.accel_var >= 0.0)) forget_acceleration(estimate);
+  // A car that has turned round drives the other way, and rounding may remove more than there is.
+  if (turned || !(estimate.accel_var >= 0.0)) forget_acceleration(estimate);
   return true;
 }
 

@@ -47,8 +47,7 @@ void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseN
 // The lane at the end of a step from that speed on, with which the next step begins.
 LanePull lane_after(const LanePull& lane, double speed_mps, double dt_s) noexcept;
 
-// update() of track_filter.h, and of the acceleration. The speed of a car that stands may be a little below 0. False,
-// nothing changed, when S is not positive definite.
+// update() of track_filter.h, and of the acceleration. False, nothing changed, when S is not positive definite.
 bool update_on_lane(LaneEstimate& estimate, const Measurement& z) noexcept;
 
 }  // namespace overtake

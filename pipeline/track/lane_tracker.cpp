@@ -61,6 +61,7 @@ constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag =
 // A track without a course gets one by a measurement to which a car of birth_sigma_speed has come so far (squared, over
 // the measurement's variances), or after this time.
 constexpr double kCourseWay = 0.25, kCourseWait_s = 0.12;
+constexpr double kRests_mps = 1.0, kRestSigmas = 2.0;      // a slower car, or one slower by its error, may stand
 constexpr int32_t kSteadyHits = 5;                         // with fewer hits the state has not settled
 constexpr double kStandsShare = 0.5;                       // of birth_sigma_speed: a car that hardly moves
 constexpr double kLeastBirth_mps = 20.0;                   // on a map cars drive one way
@@ -552,9 +553,28 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
 
 // ---- publish --------------------------------------------------------------------------------------------------------
 
+namespace {
+
+// The errors of the places of a car that stands turn the course of its estimate round and back.
+bool seems_to_reverse(const LaneTrack& s) {
+  const double error_mps = std::max(kRests_mps, kRestSigmas * std::sqrt(s.estimate.covariance[2][2]));
+  return s.hits >= kSteadyHits && s.estimate.mean.speed_mps < error_mps && s.is_backwards == 0 &&
+         std::fabs(wrap_angle(s.estimate.mean.course_rad - s.heading_rad)) > kHalfPi;
+}
+
+// The same motion with the course turned round, at rest: the speed is a little below 0 then.
+void write_turned(TrackTable& t, std::size_t i) {
+  constexpr int32_t kOfSpeed[] = {3, 4, 8, 12};  // its covariances with x, y, phi, omega
+  t.speed_mps[i] = 0.0;
+  t.course_rad[i] = wrap_angle(t.course_rad[i] + kPi);
+  for (const int32_t entry : kOfSpeed) t.covariance[entry][i] = -t.covariance[entry][i];
+}
+
+}  // namespace
+
 void LanePolicy::write(const State& s, TrackTable& t, std::size_t i) const noexcept {
   write_estimate(s.estimate, t, i);
-  t.speed_mps[i] = std::max(t.speed_mps[i], 0.0);
+  if (seems_to_reverse(s)) write_turned(t, i);
   t.state[i] = int32_t(is_confirmed(s) ? TrackState::kConfirmed : TrackState::kTentative);
   t.heading_rad[i] = s.heading_rad;
   t.length_m[i] = s.length_m;
@@ -613,9 +633,7 @@ void LanePolicy::spread_path(const State& s, int32_t first, PathTable& t) const 
 void LanePolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {
   for (const State& s : states) {
     const int32_t first = t.count;
-    LaneEstimate forward = s.estimate;
-    forward.mean.speed_mps = std::max(forward.mean.speed_mps, 0.0);
-    path_.write(forward, path_of(s), s.segment, path_noise(s), t);
+    path_.write(s.estimate, path_of(s), s.segment, path_noise(s), t);
     if (!s.has_course) spread_path(s, first, t);
   }
 }

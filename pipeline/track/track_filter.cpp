@@ -132,7 +132,7 @@ bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* o
   return true;
 }
 
-bool update(TrackEstimate& estimate, const Measurement& z, bool* turned, double backwards_mps) noexcept {
+bool update(TrackEstimate& estimate, const Measurement& z, bool* turned) noexcept {
   const Innovator s = make_innovator(estimate, z);
   if (!s.sound) return false;
   const bool was_wide = is_wide(estimate);
@@ -159,7 +159,7 @@ bool update(TrackEstimate& estimate, const Measurement& z, bool* turned, double 
   p.noalias() += gain_r * gain.transpose();
   symmetrise(estimate);
   if (was_wide || z.var_x * z.var_y - z.cov_xy * z.cov_xy < 1e-6 * s.det) keep_positive(estimate);
-  const bool changed = turn_round(estimate, backwards_mps);
+  const bool changed = turn_round(estimate);
   if (turned) *turned = changed;
   return true;
 }
@@ -201,8 +201,8 @@ bool find_course(TrackEstimate& estimate, const Measurement& z, double dt_s) noe
   return true;
 }
 
-bool turn_round(TrackEstimate& estimate, double backwards_mps) noexcept {
-  if (!(estimate.mean.speed_mps < -backwards_mps)) return false;
+bool turn_round(TrackEstimate& estimate) noexcept {
+  if (!(estimate.mean.speed_mps < 0.0)) return false;
   estimate.mean.speed_mps = -estimate.mean.speed_mps;
   estimate.mean.course_rad = wrap_angle(estimate.mean.course_rad + kPi);
   for (int i = 0; i < kTrackStateSize; ++i) {

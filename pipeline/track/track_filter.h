@@ -40,9 +40,9 @@ void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, co
 // False when S is not positive definite (then the pair is impossible).
 bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* out) noexcept;
 
-// Joseph form, symmetrised, phi wrapped, turn_round (`turned`, which may be null, gets its result). False, nothing
-// changed, when S is not positive definite.
-bool update(TrackEstimate& estimate, const Measurement& z, bool* turned = nullptr, double backwards_mps = 0.0) noexcept;
+// Joseph form, symmetrised, phi wrapped, v >= 0 (turn_round; `turned`, which may be null, gets its result). False,
+// nothing changed, when S is not positive definite.
+bool update(TrackEstimate& estimate, const Measurement& z, bool* turned = nullptr) noexcept;
 
 // The second measurement of a track, dt_s after the first one, when (v, phi) is a guess only: each component of the
 // velocity has the deviation of v, and the place's covariance holds what that adds in dt_s. Linear in the velocity: an
@@ -50,9 +50,9 @@ bool update(TrackEstimate& estimate, const Measurement& z, bool* turned = nullpt
 // not positive definite.
 bool find_course(TrackEstimate& estimate, const Measurement& z, double dt_s) noexcept;
 
-// (v, phi) and (-v, phi + pi) are the same motion with the same omega. Chooses the form with v >= 0 where v is below
-// -backwards_mps, and changes the signs of v's row and column to match. True if it changed the form.
-bool turn_round(TrackEstimate& estimate, double backwards_mps = 0.0) noexcept;
+// (v, phi) and (-v, phi + pi) are the same motion with the same omega. Chooses the form with v >= 0, and changes the
+// signs of v's row and column to match. True if it changed the form.
+bool turn_round(TrackEstimate& estimate) noexcept;
 
 // After a prediction that is not one of predict(): keeps P positive definite in spite of rounding. `adds_little`: the
 // prediction added so little noise that rounding may remove more.
