@@ -92,8 +92,9 @@ constexpr double kMostOfUnseen_m = 0.55;  // at most: what is seen of a distant 
 constexpr double kAcrossOfUnseen = 0.18;  // of the width: mostly a part is missing on both sides
 constexpr double kFewPoints_m2 = 0.32;    // variance over the number of points
 constexpr double kFreeHeading_m = 0.25;   // at psi_VAR, which has an error of its own
-constexpr double kSlack_m = 0.1;          // a box that is wider than the car and this is of another heading, or not a
-constexpr double kAcrossOfExcess = 0.5;   // car's alone: of its excess width
+// A box wider than the car, by kSlack_m at least, is seen at another heading or holds more than the car.
+constexpr double kSlack_m = 0.1;
+constexpr double kAcrossOfExcess = 0.5;  // of the width beyond both
 // Of a car in smoke: an end or a side of the cluster is smoke now and then, as bright as the car.
 constexpr double kAlongInSmoke_m = 0.8, kAcrossInSmoke_m = 0.25;
 

@@ -562,19 +562,20 @@ bool seems_to_reverse(const LaneTrack& s) {
          std::fabs(wrap_angle(s.estimate.mean.course_rad - s.heading_rad)) > kHalfPi;
 }
 
-// The same motion with the course turned round, at rest: the speed is a little below 0 then.
-void write_turned(TrackTable& t, std::size_t i) {
-  constexpr int32_t kOfSpeed[] = {3, 4, 8, 12};  // its covariances with x, y, phi, omega
-  t.speed_mps[i] = 0.0;
-  t.course_rad[i] = wrap_angle(t.course_rad[i] + kPi);
-  for (const int32_t entry : kOfSpeed) t.covariance[entry][i] = -t.covariance[entry][i];
+// What is published: at rest, with the course along the heading, where the estimate only seems to reverse.
+LaneEstimate published(const LaneTrack& s) {
+  LaneEstimate e = s.estimate;
+  if (!seems_to_reverse(s)) return e;
+  e.mean.speed_mps = -1.0;  // of any size: turn_round() looks at its sign
+  turn_round(e);
+  e.mean.speed_mps = 0.0;
+  return e;
 }
 
 }  // namespace
 
 void LanePolicy::write(const State& s, TrackTable& t, std::size_t i) const noexcept {
-  write_estimate(s.estimate, t, i);
-  if (seems_to_reverse(s)) write_turned(t, i);
+  write_estimate(published(s), t, i);
   t.state[i] = int32_t(is_confirmed(s) ? TrackState::kConfirmed : TrackState::kTentative);
   t.heading_rad[i] = s.heading_rad;
   t.length_m[i] = s.length_m;
@@ -633,7 +634,7 @@ void LanePolicy::spread_path(const State& s, int32_t first, PathTable& t) const 
 void LanePolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {
   for (const State& s : states) {
     const int32_t first = t.count;
-    path_.write(s.estimate, path_of(s), s.segment, path_noise(s), t);
+    path_.write(published(s), path_of(s), s.segment, path_noise(s), t);
     if (!s.has_course) spread_path(s, first, t);
   }
 }

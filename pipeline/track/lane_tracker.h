@@ -167,8 +167,8 @@ class LanePolicy {
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
   bool knows_range_ = true;  // of the iteration's places from the ego vehicle
-  bool are_rows_ = false;
-  bool only_rows_ = false;  // all measurements are pushed rows, and no map is asked
+  bool are_rows_ = false;    // all measurements are pushed rows
+  bool only_rows_ = false;   // the same, and no map is asked
   TrackerEgo ego_;
 };
 
