@@ -180,6 +180,17 @@ void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseN
   keep_sound(estimate, dt_s < 0.0 || noise.yaw_rate * dt_s < kLeastNoise * p[4][4]);
 }
 
+void spread(TrackEstimate& e, double from_s, double to_s) noexcept {
+  const double more = e.covariance[2][2] * (to_s * to_s - from_s * from_s), way_m = e.mean.speed_mps * (to_s - from_s);
+  e.covariance[0][0] += more;
+  e.covariance[1][1] += more;
+  if (way_m == 0.0) return;
+  double sine, cosine;
+  sin_cos_f64(e.mean.course_rad, sine, cosine);
+  e.mean.x_m += way_m * cosine;
+  e.mean.y_m += way_m * sine;
+}
+
 bool update_on_lane(LaneEstimate& estimate, const Measurement& z) noexcept {
   const LaneEstimate before = estimate;
   bool turned = false;

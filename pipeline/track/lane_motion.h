@@ -47,6 +47,10 @@ void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseN
 // The lane at the end of a step from that speed on, with which the next step begins.
 LanePull lane_after(const LanePull& lane, double speed_mps, double dt_s) noexcept;
 
+// Where no map tells the course of a new track, it goes as the ego vehicle does, or stays where it is, and its place
+// spreads to all sides alike until the second measurement.
+void spread(TrackEstimate& estimate, double from_s, double to_s) noexcept;
+
 // update() of track_filter.h, and of the acceleration. False, nothing changed, when S is not positive definite.
 bool update_on_lane(LaneEstimate& estimate, const Measurement& z) noexcept;
 

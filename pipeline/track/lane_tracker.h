@@ -51,6 +51,9 @@ struct LaneTrack {
   int32_t asks_map = 0;        // 1: the last iteration could use the map
 };
 
+inline constexpr double kDrives_mps = 5.0;  // a slower car follows no lane
+inline constexpr int32_t kSteadyHits = 5;   // with fewer hits the state has not settled
+
 class LanePolicy {
  public:
   using State = LaneTrack;
