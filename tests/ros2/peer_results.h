@@ -51,7 +51,7 @@ class Results {
 
   void time(const char* what, int64_t stamp_ns, int64_t at_ns) {
     const std::lock_guard lock(mutex_);
-    std::fprintf(times_, "%s,%lld,%lld\n", what, static_cast<long long>(stamp_ns), static_cast<long long>(at_ns));
+    write_time(what, stamp_ns, at_ns);
   }
   void add_endpoint(const char* kind, const std::string& topic, const std::string& type, const std::string& guid) {
     const std::lock_guard lock(mutex_);
@@ -79,8 +79,10 @@ class Results {
     sent_.push_back({std::move(stamps_ns), written_ns, 0});
     sent_clouds_ += clouds, sent_bytes_ += bytes;
   }
+  // What arrives later is in no table, so that the tables have as many rows as the summary says.
   void summarise(std::size_t poses) {
     const std::lock_guard lock(mutex_);
+    is_summarised_ = true;
     std::printf("sent      %zu frames, %zu clouds, %.1f MB, %zu poses\n", sent_.size(), sent_clouds_,
                 double(sent_bytes_) * 1e-6, poses);
     std::printf("received  %zu frames with %zu detections, %zu of tracks\n", arrived_.size(), rows_, track_frames_);
@@ -106,8 +108,9 @@ class Results {
   }
   void add(const vision_msgs::msg::dds_::Detection3DArray_& m) {
     const int64_t at = now_ns(), frame = stamp_of(m.header().stamp());
-    time("detections", frame, at);
     const std::lock_guard lock(mutex_);
+    if (is_summarised_) return;
+    write_time("detections", frame, at);
     arrived_.emplace_back(frame, at);
     rows_ += m.detections().size();
     for (const auto& row : m.detections()) {
@@ -120,8 +123,10 @@ class Results {
     }
   }
   void add(const overtake_msgs::msg::dds_::Tracks_& m) {
-    time("tracks", stamp_of(m.frame_stamp()), now_ns());
+    const int64_t at = now_ns();
     const std::lock_guard lock(mutex_);
+    if (is_summarised_) return;
+    write_time("tracks", stamp_of(m.frame_stamp()), at);
     ++track_frames_;
     for (const auto& t : m.tracks())
       std::fprintf(tracks_, "%lld,%lld,%llu,%d,%s,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d,%d,%.17g,%.17g\n",
@@ -154,6 +159,9 @@ class Results {
     if (!file) throw std::runtime_error(folder + "/" + name + " cannot be written");
     return file;
   }
+  void write_time(const char* what, int64_t stamp_ns, int64_t at_ns) {
+    std::fprintf(times_, "%s,%lld,%lld\n", what, static_cast<long long>(stamp_ns), static_cast<long long>(at_ns));
+  }
   struct Sent {
     std::set<int64_t> stamps_ns;
     int64_t written_ns = 0, arrived_ns = 0;
@@ -163,6 +171,7 @@ class Results {
   std::vector<std::pair<int64_t, int64_t>> arrived_;  // stamp and time of arrival of detections
   std::size_t sent_clouds_ = 0, sent_bytes_ = 0, rows_ = 0, track_frames_ = 0;
   int64_t graph_messages_ = 0;
+  bool is_summarised_ = false;
   std::mutex mutex_;
 };
 
