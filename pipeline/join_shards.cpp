@@ -5,9 +5,11 @@
 //
 // Two cars stay two. Nose to tail, the same part of both cars is a length and the distance between them apart, which is
 // longer than the limit. Side by side, it is a width and the distance apart. A seed that is wider than a car is one car
-// across the circuit; the limits are turned for it alone, so two cars side by side never become one of those. Of a car
-// that stands at an angle to the lane the box exceeds the limits; where two sensors see it whole, both boxes are the
-// same. A few points nearer than a body of many are rain or spray in front of it, which would move its near end.
+// across the circuit; the limits are turned for it alone, so two cars side by side never become one of those. A seed
+// that is longer than a car is wide, and whose smallest rectangle is clearly smaller than its box along the lane, is of
+// a car at an angle: the axes are those of this rectangle. A shorter one may be a face of such a car; where another
+// sensor sees the car whole, the box of both is that of the one. A few points nearer than a body of many are rain or spray in front of it,
+// which would move its near end.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -27,7 +29,8 @@ constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
 constexpr int32_t kCells = 32;  // to a side; places that many cells apart share a list
 
 struct Group {
-  OrientedBox box;  // along psi_REF of the seed
+  float cos, sin;   // of the axes: psi_REF of the seed, or its smallest rectangle's
+  OrientedBox box;  // on the axes
   float low_z, high_z;
   int32_t rows;
 };
@@ -36,10 +39,19 @@ float gap_of(float low_a, float high_a, float low_b, float high_b) {
   return max_of(max_of(low_b - high_a, low_a - high_b), 0.0f);
 }
 
-// The box of a row, whose axes differ by the angle between the headings, on the seed's axes.
-OrientedBox turn_box(const ClusterPlaceTable& places, int32_t row, int32_t seed) {
-  const float c = places.cos[row] * places.cos[seed] + places.sin[row] * places.sin[seed];
-  const float s = places.sin[row] * places.cos[seed] - places.cos[row] * places.sin[seed];
+struct Gaps {
+  float along_m, across_m;
+  bool is_within(float most_m) const { return along_m <= most_m && across_m <= most_m; }
+};
+Gaps find_gaps(const Group& group, const OrientedBox& box) {
+  return {gap_of(group.box.low_1, group.box.high_1, box.low_1, box.high_1),
+          gap_of(group.box.low_2, group.box.high_2, box.low_2, box.high_2)};
+}
+
+// The box of a row, whose axes differ by the angle between the headings, on the group's axes.
+OrientedBox turn_box(const ClusterPlaceTable& places, int32_t row, const Group& group) {
+  const float c = places.cos[row] * group.cos + places.sin[row] * group.sin;
+  const float s = places.sin[row] * group.cos - places.cos[row] * group.sin;
   const OrientedBox b = box_of(places, row);
   const float low_1c = min_of(b.low_1 * c, b.high_1 * c), high_1c = max_of(b.low_1 * c, b.high_1 * c);
   const float low_1s = min_of(b.low_1 * s, b.high_1 * s), high_1s = max_of(b.low_1 * s, b.high_1 * s);
@@ -139,13 +151,16 @@ class Joiner {
   int32_t grow(int32_t seed) {
     if (places_.group[seed] != kFree) return 0;
     places_.group[seed] = seed;
-    Group group = {box_of(places_, seed), merged_.min_z_m[seed], merged_.max_z_m[seed], 1};
+    Group group = {places_.cos[seed],     places_.sin[seed],     box_of(places_, seed),
+                   merged_.min_z_m[seed], merged_.max_z_m[seed], 1};
     const CarLimits& limits = params_.limits;
     const CarLimits across = {limits.width_m, limits.length_m, limits.height_m};
-    const CarLimits& most = group.box.width() > limits.width_m ? across : limits;
-    list_near(seed, group, most);
+    const CarLimits* most = group.box.width() > limits.width_m ? &across : &limits;
+    list_near(seed, group, *most);
+    const bool shows_angle = max_of(group.box.length(), group.box.width()) > limits.width_m;
+    if (shows_angle && exceeds_with_any(group, *most) && turn_group(seed, group)) most = &limits;
     for (;;) {
-      const int32_t near = find_nearest(seed, group, most);
+      const int32_t near = find_nearest(seed, group, *most);
       if (near < 0) return group.rows - 1;
       const int32_t row = places_.next[places_.near[near]];
       places_.group[row] = seed;
@@ -156,12 +171,51 @@ class Joiner {
     }
   }
 
+  // Whether a listed row near the group's only one is within its reach, and both exceed the limits.
+  bool exceeds_with_any(const Group& group, const CarLimits& most) const {
+    for (int32_t near = 0; near < near_count_; ++near) {
+      const OrientedBox box = near_box(near);
+      if (!fits(most, unite(group.box, box)) && find_gaps(group, box).is_within(params_.gap_m)) return true;
+    }
+    return false;
+  }
+
+  // Turns the axes of a seed's group, and its list, to the smallest rectangle around the seed, if that is clearly
+  // smaller than the box on psi_REF, and within the limits. Returns whether it did.
+  bool turn_group(int32_t seed, Group& group) {
+    constexpr int32_t kStep = 5;      // as fits_at_any_heading
+    constexpr float kClearly = 0.8f;  // a car at 5 deg
+    Group turned = group;
+    float smallest_m2 = kClearly * group.box.length() * group.box.width();
+    for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
+      const float c = kHeadingGrid.degree_cos[degree], s = kHeadingGrid.degree_sin[degree];
+      const OrientedBox box = measure_box(frame_, seed, c, s);
+      const float area_m2 = box.length() * box.width();
+      if (!(area_m2 < smallest_m2)) continue;
+      smallest_m2 = area_m2;
+      const bool is_long = box.length() >= box.width();
+      turned.cos = is_long ? c : 0.0f - s, turned.sin = is_long ? s : c;
+      turned.box = is_long ? box : OrientedBox{box.low_2, box.high_2, 0.0f - box.high_1, 0.0f - box.low_1};
+    }
+    const bool is_turned = turned.cos != group.cos || turned.sin != group.sin;
+    if (!is_turned || !fits(params_.limits, turned.box)) return false;
+    group = turned;
+    for (int32_t near = 0; near < near_count_; ++near) {
+      const int32_t k = places_.near[near];
+      put_near(near, k, measure_box(frame_, places_.next[k], group.cos, group.sin));
+    }
+    return true;
+  }
+
   // Lists the free rows that may be joined to a seed, with their boxes on its axes, in no order. Rows that are no
   // longer free leave the cells.
   void list_near(int32_t seed, const Group& group, const CarLimits& most) {
     near_count_ = 0;
     const OrientedBox& own = group.box;
-    const float c = places_.cos[seed], s = places_.sin[seed];
+    const float c = group.cos, s = group.sin;
+    const float diagonal_m = std::sqrt(most.length_m * most.length_m + most.width_m * most.width_m);
+    const bool may_turn = max_of(own.length(), own.width()) > params_.limits.width_m;
+    const CarLimits reach = may_turn ? CarLimits{diagonal_m, diagonal_m, most.height_m} : most;
     const float middle_1 = 0.5f * (own.low_1 + own.high_1), middle_2 = 0.5f * (own.low_2 + own.high_2);
     const int32_t cell_x = cell_of(middle_1 * c - middle_2 * s), cell_y = cell_of(middle_1 * s + middle_2 * c);
     for (int32_t n = 0; n < 9; ++n) {
@@ -174,13 +228,13 @@ class Joiner {
         }
         link = &places_.next_in_cell[k];
         if (is_in_front(row, seed)) continue;
-        // How far apart the middles are at most: together both boxes are as large as the limits, or (is_same) longer by
-        // kSame_m than the longer one.
+        // How far apart the middles are at most: together both boxes are as large as the limits, at any angle if the
+        // seed may be turned, or (is_same) longer by kSame_m than the longer one.
         const float x = places_.next_x_m[k], y = places_.next_y_m[k], size_m = places_.next_size_m[k];
-        const float most_1 = max_of(most.length_m, 0.5f * max_of(own.length(), size_m) + kSame_m) + kRounding_m;
-        const float most_2 = max_of(most.width_m, 0.5f * max_of(own.width(), size_m) + kSame_m) + kRounding_m;
+        const float most_1 = max_of(reach.length_m, 0.5f * max_of(own.length(), size_m) + kSame_m) + kRounding_m;
+        const float most_2 = max_of(reach.width_m, 0.5f * max_of(own.width(), size_m) + kSame_m) + kRounding_m;
         if (abs_of(x * c + y * s - middle_1) > most_1 || abs_of(y * c - x * s - middle_2) > most_2) continue;
-        put_near(near_count_++, k, turn_box(places_, row, seed));
+        put_near(near_count_++, k, turn_box(places_, row, group));
       }
     }
   }
@@ -209,6 +263,7 @@ class Joiner {
   // fit leaves the list. Once the group has several rows, a row inside of it is joined at once: the group's box and
   // heights stay as they are.
   int32_t find_nearest(int32_t seed, Group& group, const CarLimits& most) {
+    const bool is_turned = group.cos != places_.cos[seed] || group.sin != places_.sin[seed];
     const bool group_exceeds = !fits(most, group.box);
     int32_t nearest = -1, left = 0;
     float nearest_m2 = 0.0f;
@@ -217,7 +272,7 @@ class Joiner {
       if (places_.group[row] != kFree) continue;
       const OrientedBox box = near_box(n), both = unite(group.box, box);
       const bool fits_both = fits(most, both);
-      if (!fits_both && (group.rows > 1 || !(group_exceeds || !fits(most, box)))) continue;
+      if (!fits_both && (group.rows > 1 || is_turned || (!group_exceeds && fits(most, box)))) continue;
       const float low_z = merged_.min_z_m[row], high_z = merged_.max_z_m[row];
       if (max_of(group.high_z, high_z) - min_of(group.low_z, low_z) > most.height_m) continue;
       if (group.rows > 1 && is_inside(group.box, box) && low_z >= group.low_z && high_z <= group.high_z) {
@@ -227,10 +282,9 @@ class Joiner {
       }
       const int32_t at = left++;
       put_near(at, k, box);
-      const float gap_1 = gap_of(group.box.low_1, group.box.high_1, box.low_1, box.high_1);
-      const float gap_2 = gap_of(group.box.low_2, group.box.high_2, box.low_2, box.high_2);
-      if (gap_1 > params_.gap_m || gap_2 > params_.gap_m) continue;
-      const float gap_m2 = gap_1 * gap_1 + gap_2 * gap_2;
+      const Gaps gaps = find_gaps(group, box);
+      if (!gaps.is_within(params_.gap_m)) continue;
+      const float gap_m2 = gaps.along_m * gaps.along_m + gaps.across_m * gaps.across_m;
       // Equal: the first by place.
       if (nearest >= 0 && !(gap_m2 < nearest_m2 || (gap_m2 == nearest_m2 && k < places_.near[nearest]))) continue;
       if (!fits_both && !is_same(seed, row, box, both)) continue;
