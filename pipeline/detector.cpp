@@ -421,6 +421,7 @@ void Detector::finish(Frame& frame) {
   add(counters_.gated_range, frame.gated_range);
   add(counters_.detections, frame.detections.count);
   add(counters_.measurements_lost, frame.lost_rows);
+  add(counters_.row_values_ignored, frame.values_ignored);
   const TrackerCounts tracked = track_stage_->tracker().counts();
   const auto set = [](std::atomic<int64_t>& counter, int64_t n) { counter.store(n, std::memory_order_relaxed); };
   set(counters_.measurements, tracked.measurements);

@@ -93,6 +93,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.kept_count = frame.faint_count = frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
   frame.places.count = frame.views.count = 0;
   frame.gated_points = frame.gated_size = frame.gated_map = frame.gated_own = frame.gated_range = frame.lost_rows = 0;
+  frame.values_ignored = 0;
   frame.ego_off_map_m = 0;
   frame.uses_map = false;
   std::fill(std::begin(frame.walls), std::end(frame.walls), WallHeading());

@@ -9,7 +9,7 @@
 //   detect     members, merged, cluster_of_label, smoke_limit, walls, kept, places, detections, views   (after all
 //              segments)
 //   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
-//              refiltered, lost_rows, ego_heading, views.ego_offset_rad (and adds to views.var_x ..)
+//              refiltered, lost_rows, values_ignored, ego_heading, views.ego_offset_rad (and adds to views.var_x ..)
 //
 // Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once
@@ -117,9 +117,10 @@ struct Frame {
   TrackTable tracks;                  // each state at its own stamp, from the tracker's snapshot
   std::byte* track_states = nullptr;  // the tracker's full states of these rows: paths start from them
   int32_t reference = OVT_REFERENCE_VEHICLE;
-  int64_t tracks_ns = 0;   // time of the tracks: stamp_ns, or the newest stamp if this frame is older
-  int32_t refiltered = 0;  // iterations that ran again for this frame
-  int32_t lost_rows = 0;   // detections or pushed rows that did not reach the tracker
+  int64_t tracks_ns = 0;       // time of the tracks: stamp_ns, or the newest stamp if this frame is older
+  int32_t refiltered = 0;      // iterations that ran again for this frame
+  int32_t lost_rows = 0;       // detections or pushed rows that did not reach the tracker
+  int32_t values_ignored = 0;  // of pushed rows: given, but no car can have them
   bool ego_known = false;
   EgoState ego_state;  // at stamp_ns
   EgoHeading ego_heading;

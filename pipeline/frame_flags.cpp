@@ -4,16 +4,23 @@
 
 namespace overtake {
 
+int64_t count_usable(const SensorPart& part) noexcept {
+  int64_t usable = part.kept.points.count;
+  for (int32_t r = 1; r < int32_t(Reason::kDust); ++r) usable -= part.reason_count[r];
+  return usable;
+}
+
 uint32_t flags_of(const Frame& frame, int32_t sensor_count, bool tracks_overflowed, int64_t deadline_ns) noexcept {
   uint32_t flags = 0;
   int64_t usable = 0;
   for (int32_t s = 0; s < sensor_count; ++s) {
     const SensorPart& part = frame.sensors[s];
     if (!part.present) continue;
-    int64_t bad = 0;
-    for (int32_t r = 1; r < int32_t(Reason::kDust); ++r) bad += part.reason_count[r];
-    usable += part.kept.points.count - bad;
-    if (2 * bad > part.kept.points.count) flags |= OVT_FLAG_CLOUD_DEGRADED;
+    const int64_t count = part.kept.points.count, good = count_usable(part);
+    const int64_t shadowed =
+        part.reason_count[int32_t(Reason::kDust)] + part.reason_count[int32_t(Reason::kSecondReturn)];
+    usable += good;
+    if (good == 0 || 2 * good < count || 4 * shadowed > 3 * count) flags |= OVT_FLAG_CLOUD_DEGRADED;
     if (part.cluster_overflow) flags |= OVT_FLAG_OVERFLOW;
   }
   if (frame.kind == FrameKind::kScans && usable == 0) flags |= OVT_FLAG_NO_DATA;

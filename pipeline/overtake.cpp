@@ -222,7 +222,10 @@ const char* ovt_status_text(ovt_status status) {
 }
 
 void ovt_read_build_info_sized(ovt_build_info* out, size_t out_size) {
-  if (out) give({uint32_t(OVT_VERSION), kVersionText, kCommit, kCompiler, list_isas()}, out, out_size);
+  if (!out) return;
+  std::memset(out, 0, out_size);  // a newer header has later fields
+  give({uint32_t(OVT_VERSION), kVersionText, kCommit, kCompiler, list_isas()}, out,
+       std::min(out_size, sizeof(ovt_build_info)));
 }
 
 ovt_status ovt_sensor_def_init(ovt_sensor_def* out, size_t struct_size) {

@@ -47,6 +47,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #define OVT_VERSION_MAJOR 0
 #define OVT_VERSION_MINOR 2
@@ -85,6 +86,7 @@ typedef enum ovt_status {
 
 OVT_API const char* ovt_status_text(ovt_status status);      /* one sentence, static memory, never null */
 
+/* Of a library that is older than the header, the later fields are 0. */
 typedef struct ovt_build_info {
   uint32_t version;                                          /* OVT_VERSION of the library */
   const char* version_text;                                  /* "0.2.0" */
@@ -369,23 +371,27 @@ OVT_API ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_si
  *   def.params = &params; */
 static inline ovt_detector_def ovt_default_detector_def(void) {
   ovt_detector_def def;
+  memset(&def, 0, sizeof def);
   ovt_detector_def_init(&def, sizeof def);
   def.version = OVT_VERSION;
   return def;
 }
 static inline ovt_sensor_def ovt_default_sensor_def(void) {
   ovt_sensor_def def;
+  memset(&def, 0, sizeof def);
   ovt_sensor_def_init(&def, sizeof def);
   return def;
 }
 static inline ovt_map_def ovt_default_map_def(void) {
   ovt_map_def def;
+  memset(&def, 0, sizeof def);
   ovt_map_def_init(&def, sizeof def);
   return def;
 }
 /* Preset "paper". */
 static inline ovt_params ovt_default_params(void) {
   ovt_params params;
+  memset(&params, 0, sizeof params);
   ovt_params_init(&params, sizeof params, "paper");
   return params;
 }
@@ -474,6 +480,7 @@ typedef struct ovt_points {
 OVT_API ovt_status ovt_points_init(ovt_points* points, size_t struct_size);
 static inline ovt_points ovt_default_points(void) {
   ovt_points points;
+  memset(&points, 0, sizeof points);
   ovt_points_init(&points, sizeof points);
   return points;
 }
@@ -528,7 +535,7 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  * With `first`, the index of its first point, each piece goes to its place. Without (-1) lost, doubled and reordered
  * pieces cannot be recognised.
  *
- *   a piece out of order                          used; the results do not depend on the order
+ *   a piece out of order within its scan          used; the results do not depend on the order
  *   a piece with a point that came before         not used at all: OVT_DUPLICATE (pieces_dup)
  *   a piece that is lost                          the scan has fewer points: incomplete
  *   a piece of a scan that is over                not used: OVT_LATE (pieces_late). A scan is over if it is one of the
@@ -590,7 +597,9 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
  * Columns of `count`, aligned as doubles (else OVT_BAD_ARGUMENT); all but x and y may be null, or NaN per row, but
  * var_x and var_y go together (one without the other: OVT_BAD_ARGUMENT); without cov_xy the variances are independent.
  * Rows that still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
- * external_dropped. While a sensor delivers good stamps, detections never move the clock. If their source began after
+ * external_dropped. A push without a row of a car is a miss of its track, because it is not known where the source
+ * looks; with preset best only if such a row was one of the track's hits.
+ * While a sensor delivers good stamps, detections never move the clock. If their source began after
  * all sensors had stopped, it becomes the clock after 24 pushes, or when ovt_advance reports the sensors' silence. If
  * detections are ahead of the sensors by more than frame.tolerance_s plus frame.period_s, they are held until the
  * sensors come near them. They are dropped (OVT_SUSPECT_DETECTIONS) when the sensors advance by more than that and are
@@ -602,8 +611,12 @@ typedef struct ovt_external_detections {
   int32_t reference;                 /* ovt_reference of x, y, heading and covariance */
   const double *x_m, *y_m, *heading_rad, *var_x, *var_y, *cov_xy;
   /* Of the object's box: along and across its heading, and upwards from the road. Its detector's confidence that it is
-   * a car, 0 to 1; another value counts as NaN. Preset `best`: of a new track, a row of a low score or a low box counts
-   * less (pipeline/README.md, "Pushed rows"); `paper` reads neither height nor score. */
+   * a car, 0 to 1. Preset `best`: of a new track, a row of a low score or a low box counts less (pipeline/README.md,
+   * "Pushed rows"); `paper` reads neither height nor score.
+   * A value that no car has counts as NaN (row_values_ignored): a heading beyond 1e6 rad, a length or width below 0 or
+   * above 1e3 m, a height beyond 1e3 m, a score outside of 0 to 1, infinity. So does a covariance that is not positive
+   * definite, or whose variances are not in 1e-12 to 1e12 m2: it becomes tracker.r_x and r_y. A row whose x or y is
+   * NaN or beyond 1e8 m is not used (measurements_rejected). */
   const double *length_m, *width_m, *height_m, *score;
 } ovt_external_detections;
 OVT_API ovt_status ovt_external_detections_init(ovt_external_detections* detections, size_t struct_size);
@@ -638,7 +651,9 @@ enum {                               /* ovt_frame_info.flags */
                                         interval is over 1.5 times that of the fastest, up to 4 periods, from its ninth
                                         scan on: for more than 1.5 of its own intervals */
   OVT_FLAG_EGO_STALE = 16,           /* the nearest ego pose is over 100 ms away in time */
-  OVT_FLAG_CLOUD_DEGRADED = 32,      /* more than half of a scan's points are bad */
+  OVT_FLAG_CLOUD_DEGRADED = 32,      /* more than half of a scan's points are bad (points_bad: not_finite to
+                                        layer_dropped), or it has no good one; or more than 3 of 4 are in a pixel that a
+                                        point at another range won (dust, second_return), as with a wrong layer */
   OVT_FLAG_NO_DATA = 64,             /* no valid point, or a prediction: this is not "all clear" */
   OVT_FLAG_OVERFLOW = 128,           /* a capacity was reached; the nearest were kept, of clusters first those of
                                         three points or more */
@@ -990,10 +1005,13 @@ typedef struct ovt_stats {
   int64_t refused;                   /* calls that returned OVT_WRONG_THREAD; they changed nothing else */
   int64_t bad_arguments;             /* calls of ovt_push_... and ovt_end_scan that returned OVT_BAD_ARGUMENT; the log
                                         tells what was wrong with the first one */
+  int64_t row_values_ignored;        /* values of rows of ovt_push_detections that count as not measured although they
+                                        are no NaN (see ovt_external_detections); a covariance is one value */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {
   ovt_stats stats;
+  memset(&stats, 0, sizeof stats);
   ovt_stats_init(&stats, sizeof stats);
   return stats;
 }

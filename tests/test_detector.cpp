@@ -240,7 +240,7 @@ TEST_CASE("detector: an empty scan is valid; no valid point sets NO_DATA, mostly
     CHECK(ovt_flush(small.detector) == OVT_OK);
     CHECK(small.latest.info.point_count == 0);
     CHECK((small.latest.info.flags & OVT_FLAG_NO_DATA) != 0);
-    CHECK((small.latest.info.flags & OVT_FLAG_CLOUD_DEGRADED) == 0);
+    CHECK((small.latest.info.flags & OVT_FLAG_CLOUD_DEGRADED) != 0);
 
     ovt_points good = posts.points(50 * kMs);
     CHECK(ovt_push_scan(small.detector, &good) == OVT_OK);
@@ -293,6 +293,21 @@ TEST_CASE("detector: a scan of mostly dust is not degraded: its cars are seen, a
   CHECK(small.stats().points_bad[7] == int64_t(2 * count));
   CHECK((small.latest.info.flags & (OVT_FLAG_NO_DATA | OVT_FLAG_CLOUD_DEGRADED)) == 0);
   CHECK(small.latest.info.cluster_count == 20);
+}
+
+TEST_CASE("detector: a driver that writes the same layer for all points sets CLOUD_DEGRADED") {
+  Posts posts(20);
+  std::fill(posts.layer.begin(), posts.layer.end(), uint8_t(0));
+  for (std::size_t i = 0; i < posts.x.size(); ++i) {
+    const float scale = 1.0f + 0.1f * float(i % 8);
+    posts.x[i] *= scale, posts.y[i] *= scale;
+  }
+  Small small;
+  small.create();
+  const ovt_points points = posts.points(0);
+  CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);
+  CHECK(ovt_flush(small.detector) == OVT_OK);
+  CHECK((small.latest.info.flags & (OVT_FLAG_NO_DATA | OVT_FLAG_CLOUD_DEGRADED)) == OVT_FLAG_CLOUD_DEGRADED);
 }
 
 TEST_CASE("detector: an equal stamp is a duplicate, an older one is inserted, one too old is late") {

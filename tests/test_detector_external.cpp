@@ -111,6 +111,39 @@ TEST_CASE("detector: the score of pushed rows is that of a new track; a score th
   ovt_destroy_reader(reader);
 }
 
+TEST_CASE("detector: values of pushed rows that no car can have count as not measured, and are counted") {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  Small small(0);
+  small.create();
+  const double x[] = {20, 40, 60}, y[3] = {}, heading[] = {0.1, kNan, 100};
+  int64_t stamp_ns = 0;
+  const auto ignored = [&](void (*change)(ovt_external_detections&, double*), double a, double b, double c) {
+    double values[] = {a, b, c};
+    const double variance[] = {1, 1, 1};
+    ovt_external_detections d;
+    ovt_external_detections_init(&d, sizeof d);
+    d.stamp_ns = stamp_ns += 50 * kMs;
+    d.count = 3, d.reference = OVT_REFERENCE_MAP, d.x_m = x, d.y_m = y, d.heading_rad = heading;
+    d.var_x = d.var_y = variance;
+    change(d, values);
+    const int64_t before = small.stats().row_values_ignored;
+    REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
+    REQUIRE(ovt_flush(small.detector) == OVT_OK);
+    return small.stats().row_values_ignored - before;
+  };
+  using D = ovt_external_detections;
+  CHECK(ignored([](D&, double*) {}, 0, 0, 0) == 0);
+  CHECK(ignored([](D& d, double* v) { d.score = v; }, 0, kNan, 1) == 0);
+  CHECK(ignored([](D& d, double* v) { d.score = v; }, -0.1, 95, kInf) == 3);
+  CHECK(ignored([](D& d, double* v) { d.heading_rad = v; }, kInf, -2e6, 3) == 2);
+  CHECK(ignored([](D& d, double* v) { d.length_m = v; }, -1, 0, 1e9) == 2);
+  CHECK(ignored([](D& d, double* v) { d.width_m = v; }, kInf, 2, kNan) == 1);
+  CHECK(ignored([](D& d, double* v) { d.height_m = v; }, -2e3, 1.5, 1e9) == 2);
+  CHECK(ignored([](D& d, double* v) { d.var_x = v; }, 0, -1, 4) == 2);
+  CHECK(ignored([](D& d, double* v) { d.cov_xy = v; }, 0.5, 2, kNan) == 1);
+  CHECK(small.stats().measurements_rejected == 0);
+}
+
 TEST_CASE("detector: with every method the track of a car that slides has the heading of its pushed rows") {
   for (const char* method : {"paper", "best"})
     for (const bool given : {true, false}) {
@@ -247,44 +280,51 @@ TEST_CASE("detector: a push without a track's car is a miss, and enough misses d
   ovt_destroy_reader(reader);
 }
 
-TEST_CASE("detector: a scan observes what is ahead of the sensor at any heading of the vehicle in the map") {
-  for (const double yaw : {-2.5, -1.5707963267948966, 0.0, 0.7, 1.5707963267948966, 3.0}) {
-    CAPTURE(yaw);
-    Small small;  // sees 60 degrees to either side
-    small.create();
-    const auto push_pose = [&](int64_t stamp_ns) {
-      ovt_ego_pose pose;
-      ovt_ego_pose_init(&pose, sizeof pose);
-      pose.stamp_ns = stamp_ns;
-      pose.x_m = 100, pose.y_m = -40, pose.yaw_rad = yaw;
-      REQUIRE(ovt_push_ego_pose(small.detector, &pose) == OVT_OK);
-    };
-    // Two cars, 20 m ahead and 20 m to the right of the vehicle; then a scan that contains neither.
-    const double c = 20 * std::cos(yaw), s = 20 * std::sin(yaw);
-    const uint32_t coasting = OVT_TRACK_COASTING, unobserved = OVT_TRACK_UNOBSERVED;
-    push_pose(0);
-    REQUIRE(push_places(small, 0, {100 + c, 100 + s}, {-40 + s, -40 - c}) == OVT_OK);
-    push_pose(50 * kMs);
-    ovt_points empty;
-    ovt_points_init(&empty, sizeof empty);
-    empty.stamp_ns = 50 * kMs;
-    empty.x.type = empty.y.type = empty.z.type = OVT_F32;
-    empty.layer.type = OVT_U8;
-    REQUIRE(ovt_push_scan(small.detector, &empty) == OVT_OK);
-    ovt_reader* reader = nullptr;
-    ovt_tracks t;
-    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
-    REQUIRE(t.count == 2);
-    for (int32_t i = 0; i < 2; ++i) {
-      const bool ahead = std::hypot(t.x_m[i] - (100 + c), t.y_m[i] - (-40 + s)) < 4;
-      CAPTURE(ahead);
-      CHECK(t.flags[i] == (ahead ? coasting : coasting | unobserved));
-      CHECK(t.age[i] == (ahead ? 2 : 1));
+TEST_CASE(
+    "detector: a scan observes what is ahead of the sensor at any heading of the vehicle in the map, an empty one "
+    "nothing") {
+  for (const double yaw : {-2.5, -1.5707963267948966, 0.0, 0.7, 1.5707963267948966, 3.0})
+    for (const bool is_empty : {false, true}) {
+      CAPTURE(yaw);
+      CAPTURE(is_empty);
+      Small small;  // sees 60 degrees to either side
+      small.create();
+      const auto push_pose = [&](int64_t stamp_ns) {
+        ovt_ego_pose pose;
+        ovt_ego_pose_init(&pose, sizeof pose);
+        pose.stamp_ns = stamp_ns;
+        pose.x_m = 100, pose.y_m = -40, pose.yaw_rad = yaw;
+        REQUIRE(ovt_push_ego_pose(small.detector, &pose) == OVT_OK);
+      };
+      // Two cars, 20 m ahead and 20 m to the right of the vehicle; then a scan that contains neither.
+      const double c = 20 * std::cos(yaw), s = 20 * std::sin(yaw);
+      const uint32_t coasting = OVT_TRACK_COASTING, unobserved = OVT_TRACK_UNOBSERVED;
+      push_pose(0);
+      REQUIRE(push_places(small, 0, {100 + c, 100 + s}, {-40 + s, -40 - c}) == OVT_OK);
+      push_pose(50 * kMs);
+      const float far_m = 60, level_m = 0;
+      const uint8_t layer = 0;
+      ovt_points point;
+      ovt_points_init(&point, sizeof point);
+      point.stamp_ns = 50 * kMs;
+      point.count = is_empty ? 0 : 1;
+      point.x = {&far_m, 4, 4, OVT_F32}, point.y = point.z = {&level_m, 4, 4, OVT_F32};
+      point.layer = {&layer, 1, 1, OVT_U8};
+      REQUIRE(ovt_push_scan(small.detector, &point) == OVT_OK);
+      ovt_reader* reader = nullptr;
+      ovt_tracks t;
+      REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+      REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+      REQUIRE(t.count == 2);
+      for (int32_t i = 0; i < 2; ++i) {
+        const bool ahead = !is_empty && std::hypot(t.x_m[i] - (100 + c), t.y_m[i] - (-40 + s)) < 4;
+        CAPTURE(ahead);
+        CHECK(t.flags[i] == (ahead ? coasting : coasting | unobserved));
+        CHECK(t.age[i] == (ahead ? 2 : 1));
+      }
+      ovt_destroy_reader(reader);
     }
-    ovt_destroy_reader(reader);
-  }
 }
 
 TEST_CASE("detector: tracks read for an absurd time report the time that they are predicted to") {

@@ -50,8 +50,21 @@ TEST_CASE("flags_of: a cloud is degraded if more than half of a sensor's points 
   count_of(*frame, 1, Reason::kSecondReturn) = 25;
   CHECK(ask(*frame) == 0);
   count_of(*frame, 1, Reason::kZeroRange) = 1;
+  CHECK(ask(*frame) == OVT_FLAG_CLOUD_DEGRADED);
   frame->sensors[1].present = false;
   CHECK(ask(*frame) == 0);
+}
+
+TEST_CASE("flags_of: a cloud is degraded if most of a sensor's points lose their pixel, or if it has none") {
+  auto frame = make_frame();
+  count_of(*frame, 0, Reason::kDust) = 40;
+  count_of(*frame, 0, Reason::kSecondReturn) = 35;
+  CHECK(ask(*frame) == 0);
+  count_of(*frame, 0, Reason::kSecondReturn) = 36;
+  CHECK(ask(*frame) == OVT_FLAG_CLOUD_DEGRADED);
+  count_of(*frame, 0, Reason::kSecondReturn) = 35;
+  frame->sensors[1].kept.points.count = 0;
+  CHECK(ask(*frame) == OVT_FLAG_CLOUD_DEGRADED);
 }
 
 TEST_CASE("flags_of: no data if no scan has a usable point; never for pushed detections and predictions") {

@@ -383,6 +383,41 @@ TEST_CASE("height_profile: a jump of the localisation to the side moves the road
     }
 }
 
+TEST_CASE("height_profile: one wrong pose, or a step in height alone, leaves the road where it is below the vehicle") {
+  const CircleRoad road({.radius_m = 400.0,
+                         .with_banking = true,
+                         .height = [](double turn) { return 2.0 * std::sin(turn); },
+                         .slope = [](double) { return 0.3; }});
+  for (const double shift_m : {-3.0, -1.0, 1.0, 3.0}) {
+    CAPTURE(shift_m);
+    Drive drive(road);
+    drive.go(200.0, 70.0);
+    drive.shift_m = shift_m;
+    drive.go(200.6, 70.0);
+    drive.shift_m = 0.0;
+    for (const double on_m : {201.5, 205.0, 220.0, 300.0}) {
+      CAPTURE(on_m);
+      drive.go(on_m, 70.0);
+      const RoadData data = drive.describe();
+      CHECK(count_known(data, kHere - 30, kHere) == 31);
+      check_stations(data, road, 0.06, 0, kHere + 2);
+    }
+  }
+  for (const double lift_m : {-1.0, -0.6, 0.3, 0.6}) {
+    CAPTURE(lift_m);
+    Drive drive(road);
+    drive.go(200.0, 70.0);
+    drive.lift_m = lift_m;
+    for (const double on_m : {201.5, 205.0, 220.0, 300.0}) {
+      CAPTURE(on_m);
+      drive.go(on_m, 70.0);
+      const RoadData data = drive.describe();
+      CHECK(count_known(data, kHere - 30, kHere) == 31);
+      check_stations(data, road, 0.06, 0, kHere + 2);
+    }
+  }
+}
+
 TEST_CASE("height_profile: nor do jumps depend on poses and scans that arrived by chance") {
   const CircleRoad road({.radius_m = 60.0, .with_banking = true, .slope = [](double) { return 0.2; }});
   std::vector<EgoPose> poses;

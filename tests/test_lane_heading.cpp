@@ -14,7 +14,23 @@
 namespace {
 
 using namespace overtake;
-using test::kFrame_s, test::LaneBench, test::seen_car;
+using test::CircleRoad, test::kFrame_s, test::LaneBench, test::make_ring, test::ns_of, test::seen_car;
+
+// A row, with its heading, of a car on a straight way through the origin. The errors of its place differ from
+// row to row.
+Measurement row_with_heading(double course_rad, double way_m, int32_t k) {
+  const double wrong_m = 0.15 * std::sin(2.1 * k), aside_m = 0.15 * std::sin(1.3 * k + 1.0);
+  const double c = std::cos(course_rad), s = std::sin(course_rad);
+  return {.x_m = (way_m + wrong_m) * c - aside_m * s,
+          .y_m = (way_m + wrong_m) * s + aside_m * c,
+          .var_x = 0.04,
+          .var_y = 0.04,
+          .cov_xy = 0,
+          .heading_rad = course_rad,
+          .stamp_ns = ns_of(k),
+          .free_heading = true,
+          .front = 1};
+}
 
 }  // namespace
 
@@ -116,4 +132,38 @@ TEST_CASE("lane heading: a car that stands backwards after a spin and turns roun
     bench.step(k, {z});
   }
   CHECK(std::fabs(bench.state().heading_rad) < 0.3);
+}
+
+TEST_CASE("lane heading: that of pushed rows is the car's, also against the lane and where nothing tells its course") {
+  const CircleRoad road = make_ring(2000.0);
+  for (const bool has_map : {false, true})
+    for (const double course_rad : {0.0, 2.0, kPi, -2.5}) {
+      if (has_map && course_rad != 0.0 && course_rad != kPi) continue;
+      CAPTURE(has_map);
+      CAPTURE(course_rad);
+      LaneBench bench(has_map ? &road.map : nullptr);
+      bench.input.ego.known = has_map;
+      for (int32_t k = 0; k < 40; ++k) {
+        bench.step(k, {row_with_heading(course_rad, 30 * kFrame_s * (k - 20), k)});
+        if (k < 8) continue;
+        REQUIRE(bench.is_confirmed());
+        CHECK(std::fabs(wrap_angle(bench.rows.heading_rad[0] - course_rad)) < 0.15);
+        CHECK(std::fabs(wrap_angle(bench.rows.course_rad[0] - course_rad)) < 0.3);
+      }
+    }
+}
+
+TEST_CASE("lane heading: a measured heading does not turn the course of a car that stands") {
+  for (const double heading_rad : {0.0, 1.2, kPi}) {
+    CAPTURE(heading_rad);
+    LaneBench bench;
+    int32_t against = 0;
+    for (int32_t k = 0; k < 200; ++k) {
+      bench.ego_at(-40);
+      bench.step(k, {row_with_heading(heading_rad, 0, k)});
+      if (k < 60) continue;
+      against += std::fabs(wrap_angle(bench.rows.course_rad[0] - bench.rows.heading_rad[0])) > kHalfPi;
+    }
+    CHECK(against == 0);
+  }
 }

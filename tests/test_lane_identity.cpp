@@ -16,7 +16,7 @@
 namespace {
 
 using namespace overtake;
-using test::kFrame_s, test::LaneBench, test::ns_of, test::seen_car;
+using test::kFrame_s, test::LaneBench, test::pushed_row, test::ns_of, test::seen_car;
 using test::make_ring, test::on_ring;
 
 }  // namespace
@@ -47,19 +47,6 @@ TEST_CASE("lane identity: a car that comes back keeps its id, also where it brak
   CHECK_FALSE(comes_back(20, 60));  // another car
   CHECK_FALSE(comes_back(260, 0));  // after 13 s
 }
-
-namespace {
-
-// A row of another program: it shows nothing of the car itself.
-Measurement pushed_row(double x_m, double y_m, int32_t frame) {
-  Measurement z = seen_car(x_m, y_m, frame);
-  z.points = 0;
-  z.height_m = kNotMeasured;
-  z.var_x = z.var_y = 0.09;
-  return z;
-}
-
-}  // namespace
 
 TEST_CASE(
     "lane identity: a lost track takes no pushed row: the row has a track of its own, which gets the id back if it "

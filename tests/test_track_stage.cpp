@@ -435,15 +435,18 @@ TEST_CASE("track stage: a row has the variance of the heading that its own senso
   CHECK(bench.frame.ego_heading.sigma_rad < sigma_of(1));
 }
 
-TEST_CASE("track stage: psi_VAR turns with the corrected heading; psi_REF of the map keeps the map's heading") {
+TEST_CASE("track stage: psi_VAR turns with the corrected heading to the map; psi_REF of the map, to the vehicle") {
   HeadingBench bench;
   bench.learn(1 * kDegree, 1 * kDegree);
   CHECK(bench.heading(0) == doctest::Approx(0.02 + 1 * kDegree).epsilon(0.01));
+  CHECK(bench.frame.detections.heading_rad[0] == 0.02f);
   bench.run(4000 * kMs, 1 * kDegree, 1 * kDegree, HeadingSource::kRef);
   CHECK(bench.heading(0) == doctest::Approx(0.02).epsilon(1e-6));
+  CHECK(double(bench.frame.detections.heading_rad[0]) == doctest::Approx(0.02 - 1 * kDegree).epsilon(0.02));
   CHECK(bench.y(0) == doctest::Approx(80 * std::sin(1 * kDegree)).epsilon(0.02));
   bench.run(4050 * kMs, 1 * kDegree, 1 * kDegree, HeadingSource::kRef, false);  // then it is the ego's axis
   CHECK(bench.heading(0) == doctest::Approx(0.02 + 1 * kDegree).epsilon(0.01));
+  CHECK(bench.frame.detections.heading_rad[0] == 0.02f);
 }
 
 TEST_CASE("track stage: walls that contradict what was learned set the flag and change nothing") {

@@ -15,9 +15,9 @@ constexpr double kOffRoad_m = 1.0;       // a pose this far outside of the circu
 constexpr double kLongestStep_m = 40.0;  // between two poses; a longer one is a jump
 constexpr double kLargestClimb = 0.5;    // of the height between two poses: a larger one is a jump
 constexpr int64_t kLongestStepNs = 1'000'000'000;
-// A step that differs by this from going on with the velocity of the step before is one of the localisation: a car
-// accelerates by 50 m/s^2 at most, and good poses have a noise of some centimetres.
-constexpr double kJump_m = 0.4, kMostAcceleration = 50.0;
+// A step that differs by this, on the level or upwards, from going on with the velocity of the step before is one of the
+// localisation: a car accelerates by 50 m/s^2 at most, and good poses have a noise of some centimetres.
+constexpr double kJump_m = 0.4, kRise_m = 0.25, kMostAcceleration = 50.0;
 constexpr double kFarthestJump_m = 5.0;  // after a longer one the vehicle is at another place: its height tells nothing
 constexpr int32_t kPasses = 4;           // the mean over passes forgets older ones
 constexpr int64_t kThisLapNs = 20'000'000'000;
@@ -110,22 +110,24 @@ double HeightProfile::rise_since(const Value& value, int64_t stamp_ns) const noe
   return rise_m;
 }
 
-// Whether the localisation has jumped since the last pose. Afterwards that pose is this one.
+// Whether the localisation has jumped since the last pose. Afterwards that pose is this one. The velocity outlasts a
+// jump: a single wrong pose is two.
 bool HeightProfile::is_jump(const EgoPose& pose) noexcept {
   const double seconds = double(difference_ns(pose.stamp_ns, last_pose_.stamp_ns)) * 1e-9;
-  const double x_m = pose.x_m - last_pose_.x_m, y_m = pose.y_m - last_pose_.y_m;
+  const double x_m = pose.x_m - last_pose_.x_m, y_m = pose.y_m - last_pose_.y_m, z_m = pose.z_m - last_pose_.z_m;
   const bool usable = has_last_ && seconds > 0.0;
-  bool jumps = false;
+  last_pose_ = pose;
+  bool is_far = false;
   if (usable && has_velocity_) {
     const double error_x = x_m - velocity_x_ * seconds, error_y = y_m - velocity_y_ * seconds;
-    const double most_m = kJump_m + kMostAcceleration * seconds * seconds;
-    const double error_m2 = error_x * error_x + error_y * error_y;
-    jumps = error_m2 > most_m * most_m && error_m2 <= kFarthestJump_m * kFarthestJump_m;
+    const double error_z = std::fabs(z_m - velocity_z_ * seconds), change_m = kMostAcceleration * seconds * seconds;
+    const double most_m = kJump_m + change_m, error_m2 = error_x * error_x + error_y * error_y;
+    is_far = !(error_m2 + error_z * error_z <= kFarthestJump_m * kFarthestJump_m);
+    if (!is_far && (error_m2 > most_m * most_m || error_z > kRise_m + change_m)) return true;
   }
-  has_velocity_ = usable && !jumps;  // the way over a jump is none
-  if (has_velocity_) velocity_x_ = x_m / seconds, velocity_y_ = y_m / seconds;
-  last_pose_ = pose;
-  return jumps;
+  has_velocity_ = usable && !is_far;
+  if (has_velocity_) velocity_x_ = x_m / seconds, velocity_y_ = y_m / seconds, velocity_z_ = z_m / seconds;
+  return false;
 }
 
 // The vehicle stands on the road before and after a jump, so the jump moves the road with it.

@@ -41,6 +41,7 @@ struct TrackerFrame {
   bool ask_map = true;                      // with in_map: an initiation may use the map
   const ObservedSector* sectors = nullptr;  // seen by the sensors; sector_count < 0: everything was seen
   int32_t sector_count = -1;                // the tracker reads at most kMaxSensors
+  bool of_rows = false;                     // of pushed rows: nothing tells where their source looks
 };
 
 // Results of the iterations. An iteration that ran again counts once, with its last result. So the counts are those of

@@ -36,7 +36,7 @@ double value_or_none(double value, double low, double high) noexcept {
 
 // Keeps the measurement's covariance if it is valid, else uses R of the parameters.
 Measurement make_sane(Measurement z, const double* r_diag) noexcept {
-  if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {
+  if (r_diag && !is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {
     z.var_x = r_diag[0];
     z.var_y = r_diag[1];
     z.cov_xy = 0.0;
@@ -48,6 +48,18 @@ Measurement make_sane(Measurement z, const double* r_diag) noexcept {
   z.score = value_or_none(z.score, 0.0, 1.0);
   return z;
 }
+
+}  // namespace
+
+int32_t count_unusable(const Measurement& z, bool has_covariance) noexcept {
+  const Measurement sane = make_sane(z, nullptr);
+  const auto is_lost = [](double given, double kept) { return given == given && kept != kept; };
+  return (has_covariance && !is_position_covariance(z.var_x, z.var_y, z.cov_xy)) +
+         is_lost(z.heading_rad, sane.heading_rad) + is_lost(z.length_m, sane.length_m) +
+         is_lost(z.width_m, sane.width_m) + is_lost(z.height_m, sane.height_m) + is_lost(z.score, sane.score);
+}
+
+namespace {
 
 // Selects at most detection_capacity of the frame's measurements: the nearest to the ego.
 void select_rows(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
@@ -104,6 +116,7 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
   it.ego = make_sane(frame.ego);
   it.in_map = frame.in_map;
   it.ask_map = frame.ask_map;
+  it.of_rows = frame.of_rows;
   it.sector_count = std::min(frame.sector_count, kMaxSensors);
   std::copy_n(frame.sectors, std::max(it.sector_count, 0), it.sectors);
   select_rows(params, frame, it);

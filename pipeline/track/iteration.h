@@ -69,7 +69,7 @@ struct Iteration {
   // input
   int64_t stamp_ns;
   TrackerEgo ego;
-  bool in_map, ask_map;
+  bool in_map, ask_map, of_rows;
   int32_t sector_count;  // -1: everything was seen
   ObservedSector sectors[kMaxSensors];
   int32_t rejected, unread;  // invalid rows; rows beyond capacity
@@ -87,6 +87,9 @@ struct Iteration {
   TrackId* track_before;                          // `track` before the iteration ran again
   SavedTracks before;
 };
+
+// Values of a row that are given and count as not measured. A covariance is one value; r_diag stands in for it.
+int32_t count_unusable(const Measurement& z, bool has_covariance) noexcept;
 
 // Fills the input: the frame's valid values, and its measurements in an order that depends on their values.
 void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept;

@@ -4,7 +4,6 @@
 // Whether the car of a track exists: whether the sensors can see it, what a detection says for or against a car, and
 // the score that confirms the track, loses it or ends it.
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "core/cluster_table.h"
@@ -32,9 +31,10 @@ constexpr double kLeastScore = 0.11920292202211755;       // 1 / (1 + e^2)
 constexpr double kPassing_m = 15.0, kBesideRoad_m = 6.0;  // ahead of the ego vehicle at most, and beside it at least
 constexpr double kPassed_m = 60.0, kPassedShare = 0.25;  // farther behind and slower than this share of the ego's speed
 constexpr double kMoving_mps = 5.0;                      // what is faster does not stand
-constexpr double kFreeCoast_m = 3.0;  // without a map: most deviation of the place of a car that should be seen
-constexpr double kFarJump_s = 0.3;    // after a far jump of the ego pose: what was not seen in that time was elsewhere
-constexpr int64_t kMostVotes = 10;    // after so many votes for one class, more for another one decide
+constexpr double kFreeCoast_m = 3.0;    // without a map: most deviation of the place of a car that should be seen
+constexpr double kLeastCoast_s = 0.12;  // a car that was seen later than that ago has not coasted
+constexpr double kFarJump_s = 0.3;  // after a far jump of the ego pose: what was not seen in that time was elsewhere
+constexpr int64_t kMostVotes = 10;  // after so many votes for one class, more for another one decide
 
 int64_t vote_of(const Measurement& z) {
   return int64_t(z.object_class == int32_t(ObjectClass::kCar)) -
@@ -221,6 +221,7 @@ void LanePolicy::begin_existence(State& s, const Measurement& z) const noexcept 
   s.history = 1;
   s.age = 1;
   s.hits = is_cluster(z) ? 1 : kRowHits;
+  s.had_row = !is_cluster(z);
 }
 
 // ---- the life of a track --------------------------------------------------------------------------------------------
@@ -241,10 +242,11 @@ bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
   return range_m_[slot] * cosine < kPassing_m && std::fabs(range_m_[slot] * sine) > kBesideRoad_m;
 }
 
-// A confirmed track is lost in the end: without a hit for too long, or when its place is too uncertain.
+// A confirmed track is lost in the end: without a hit for too long, or when its place has become too uncertain. The
+// place that a hit has just told is as certain as its source can tell it.
 bool LanePolicy::has_coasted(const State& s, double most_m) const noexcept {
   const auto& p = s.estimate.covariance;
-  return s.unseen_s > lane_.coast_s || !(p[0][0] + p[1][1] <= most_m * most_m);
+  return s.unseen_s > lane_.coast_s || (s.unseen_s > kLeastCoast_s && !(p[0][0] + p[1][1] <= most_m * most_m));
 }
 
 // The ego pose has jumped so far that the track's place on the map was wrong, and nothing was seen there since.
@@ -264,9 +266,9 @@ LaneTrack LanePolicy::publishable(const State& s, bool) const noexcept {
   return published;
 }
 
-// No sensor looks where the car is: no miss.
+// No sensor looks where the car is, or it is not known where the source of rows that never saw the car looks: no miss.
 void LanePolicy::leave_view(State& s) const noexcept {
-  s.visibility = Visibility::kOutside;
+  if (!of_rows_) s.visibility = Visibility::kOutside;
   s.is_new = 0;
   follow_map_use(s);
   if (is_confirmed(s) && (has_coasted(s, lane_.coast_sigma_m) || is_of_place_before(s))) lose(s);
@@ -283,9 +285,12 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
   if (hit) {
     if (s.hits < INT32_MAX) ++s.hits;
     s.score += hit_score_[slot];
+    s.misses = 0.0;
   } else {
     s.score += miss_score_[slot];
+    s.misses += std::clamp(seconds_between(s.counted_ns, stamp_ns_) / kOwnMiss_s, 0.0, 1.0);
   }
+  s.counted_ns = stamp_ns_;
   s.score = std::clamp(s.score, -lane_.most_score, lane_.most_score);
   switch (s.stage) {
     case LaneStage::kTentative:
@@ -293,8 +298,8 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
         s.stage = LaneStage::kConfirmed;
         s.is_new = 1;
       }
-      return s.is_new != 0 || (s.score > lane_.drop_score - 0.5 * lane_.most_score &&
-                               std::countr_zero(s.history) <= lane_.tentative_misses);
+      return s.is_new != 0 ||
+             (s.score > lane_.drop_score - 0.5 * lane_.most_score && s.misses <= lane_.tentative_misses);
     case LaneStage::kConfirmed: {
       const bool is_free = !s.asks_map && s.visibility == Visibility::kMissed;
       const double most_m = is_free ? std::min(lane_.coast_sigma_m, kFreeCoast_m) : lane_.coast_sigma_m;

@@ -18,13 +18,13 @@ constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostP
 // Of path_steady_along_m and path_steady_across_m, the deviations of a car that goes on as it drives: what counts of
 // the variances of its estimate, of path_speed and of path_across, and how much more with the square of the lag.
 constexpr double kSteadyAlong = 0.012, kSteadyAlongLag = 1.1, kSteadyAcross = 0.055, kSteadyAcrossLag = 1.0;
+constexpr double kHeadingKnown_rad2 = 0.25;
 constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag = 0.4;
-constexpr double kRests_mps = 1.0, kRestSigmas = 2.0;  // a slower car, or one slower by its error, may stand
 
-// The errors of the places of a car that stands turn the course of its estimate round and back.
+// Where a heading was measured, told by the lane or by a way that the car drove, the errors of the places of a car that
+// stands turn its course round and back.
 bool seems_to_reverse(const LaneTrack& s) {
-  const double error_mps = std::max(kRests_mps, kRestSigmas * std::sqrt(s.estimate.covariance[2][2]));
-  return s.hits >= kSteadyHits && s.estimate.mean.speed_mps < error_mps && s.is_backwards == 0 &&
+  return s.hits >= kSteadyHits && !moves_for_sure(s) && s.is_backwards == 0 && s.heading_var < kHeadingKnown_rad2 &&
          std::fabs(wrap_angle(s.estimate.mean.course_rad - s.heading_rad)) > kHalfPi;
 }
 

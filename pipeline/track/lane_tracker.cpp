@@ -88,6 +88,11 @@ bool innovate_guess(const TrackEstimate& e, double guess_m2, const Measurement& 
   return true;
 }
 
+// Of an axis, the direction within 90 deg of another one.
+double nearer_end(double axis_rad, double to_rad) {
+  return std::fabs(wrap_angle(axis_rad - to_rad)) > kHalfPi ? wrap_angle(axis_rad + kPi) : axis_rad;
+}
+
 int32_t steps_of(double dt_s) {
   const double ratio = std::fabs(dt_s) / kStep_s;
   return ratio >= kMostSteps ? kMostSteps : 1 + int32_t(ratio * (1.0 - 1e-9));
@@ -339,6 +344,8 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
   knows_range_ = it.ego.known || !it.in_map;
   are_rows_ = it.count > 0 && std::none_of(it.measurement, it.measurement + it.count, is_cluster);
   only_rows_ = are_rows_ && asks_map_ == 0;
+  of_rows_ = it.of_rows;
+  stamp_ns_ = it.stamp_ns;
   find_places(tracks, it);
   look_from_ego(tracks);
   find_detectable(tracks, it);
@@ -381,7 +388,7 @@ void LanePolicy::doubt_lane_course(State& s, const Measurement& z) const noexcep
 // is noticed early by what its innovations usually are, and is an acceleration that has begun already. Not where the
 // error of a detection lasts: it changes by jumps when other parts of the car are seen.
 void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s, bool error_lasts) const noexcept {
-  if (s.hits < kSteadyHits || !(dt_s > 0.0)) return;
+  if (s.hits < kSteadyHits || !s.has_course || !(dt_s > 0.0)) return;
   auto& p = s.estimate.covariance;
   const Off off = find_off(s.estimate, z);
   const bool is_exact = !error_lasts && may_accelerate(s) && !is_free(s);
@@ -424,9 +431,7 @@ void LanePolicy::measure_front(State& s, const Measurement& z) const noexcept {
 void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept {
   if (!z.free_heading || !std::isfinite(z.heading_rad)) return;
   constexpr double kVariance = kHeadingSigma_rad * kHeadingSigma_rad;
-  double turn = wrap_angle(z.heading_rad - s.heading_rad);
-  if (turn > kHalfPi) turn -= kPi;
-  if (turn < -kHalfPi) turn += kPi;
+  const double turn = wrap_angle(nearer_end(z.heading_rad, s.heading_rad) - s.heading_rad);
   const bool is_known = s.heading_age_s <= kHeadingMemory_s;
   const double sum = s.heading_var + kVariance;
   if (is_known && turn * turn <= kHeadingGate_d2 * sum) {
@@ -468,18 +473,21 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   if (is_known) watch_for_manoeuvre(s, wide, dt_s, wide.var_x > kLasts * z.var_x);
   if (is_known) doubt_lane_course(s, wide);
   const bool waits = waits_for_course(s, wide);
-  if (!s.has_course && !waits)
+  if (!s.has_course && !waits) {
     s.has_course = find_course(s.estimate, wide, s.unseen_s);
-  else if (s.has_course)
+    if (s.has_course && moves_for_sure(s)) s.heading_rad = nearer_end(s.heading_rad, s.estimate.mean.course_rad);
+  } else if (s.has_course) {
     update_on_lane(s.estimate, wide);
+  }
   measure_front(s, z);
   measure_heading(s, z);
-  if (z.front != 0 || s.heading_age_s == 0.0)
+  if ((z.front != 0 || s.heading_age_s == 0.0) && moves_for_sure(s))
     s.is_backwards = std::fabs(wrap_angle(s.heading_rad - s.estimate.mean.course_rad)) > kHalfPi;
   turn_heading(s, 0.0, true);
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;
-  if (!waits) s.unseen_s = 0.0;
+  if (s.has_course) s.unseen_s = 0.0;
+  if (!is_cluster(z)) s.had_row = 1;
   visibility_[slot] = Visibility::kSeen;  // also where the detection is no hit
   look_at_lane(s);
   if (dt_s < 0.0) move(s, -dt_s, false);
@@ -488,6 +496,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
 LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const noexcept {
   State s;
   s.asks_map = it.in_map && it.ask_map;
+  s.counted_ns = it.stamp_ns;
   s.length_m = std::isfinite(z.length_m) ? z.length_m : 0.0;
   s.width_m = std::isfinite(z.width_m) ? z.width_m : 0.0;
   MotionState& mean = s.estimate.mean;

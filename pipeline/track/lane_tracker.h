@@ -35,7 +35,9 @@ struct LaneTrack {
   double heading_age_s = 1e3;  // since it was measured
   // Existence.
   double score = 0;                  // log odds
+  double misses = 0;                 // since the last hit; those that follow each other soon count in part
   double unseen_s = 0;               // since the last hit; without a course, since the first measurement
+  int64_t counted_ns = 0;            // stamp of the last iteration that was a hit or a miss
   uint64_t history = 0;              // bit k: hit k iterations ago
   int64_t class_votes = 0;           // of its detections: 1 of a car, -1 of debris, limited
   double length_m = 0, width_m = 0;  // of the last detection; 0: never measured
@@ -46,13 +48,20 @@ struct LaneTrack {
   int32_t heading_misses = 0;  // measured headings in a row that contradict it
   int32_t turned_votes = 0;    // of detections: 1 with the front at the other end, else -1; not below 0
   int16_t has_course = 1;      // 0: nothing has told its course yet (see spread)
-  int16_t is_backwards = 0;    // 1: the heading at the last measured front was more than 90 deg from the course
-  int32_t segment = -1;        // of the map, a hint
-  int32_t asks_map = 0;        // 1: the last iteration could use the map
+  int8_t is_backwards = 0;  // 1: the heading was last measured at more than 90 deg from the course of a car that moved
+  int8_t had_row = 0;       // 1: a pushed row was one of its hits
+  int32_t segment = -1;     // of the map, a hint
+  int32_t asks_map = 0;     // 1: the last iteration could use the map
 };
 
 inline constexpr double kDrives_mps = 5.0;  // a slower car follows no lane
-inline constexpr int32_t kSteadyHits = 5;   // with fewer hits the state has not settled
+// The errors of the places of a car that stands turn the course of its estimate round and back.
+inline bool moves_for_sure(const LaneTrack& s) noexcept {
+  constexpr double kRests_mps = 1.0, kRestVariances = 4.0;
+  const double speed_mps = s.estimate.mean.speed_mps;
+  return speed_mps >= kRests_mps && speed_mps * speed_mps >= kRestVariances * s.estimate.covariance[2][2];
+}
+inline constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
 
 class LanePolicy {
  public:
@@ -70,6 +79,7 @@ class LanePolicy {
   bool is_confirmed(const State& s) const noexcept { return s.stage == LaneStage::kConfirmed; }
   State publishable(const State& s, bool) const noexcept;
   void write(const State& s, TrackTable& t, std::size_t i) const noexcept;
+  bool may_miss(const State& s) const noexcept { return !of_rows_ || s.had_row != 0; }
   void leave_view(State& s) const noexcept;
   void write_optional(const State& s, OptionalTrackTable& t, std::size_t i) const noexcept;
   void write_paths(std::span<const State> states, PathTable& t) const noexcept;
@@ -98,8 +108,6 @@ class LanePolicy {
   // lane_tracker.cpp
   void move(State& s, double dt_s, bool forward_in_time) const noexcept;
   bool comes_to_rest(const State& s) const noexcept;
-  PathKind path_of(const State& s) const noexcept;
-  PathNoise path_noise(const State& s) const noexcept;
   double find_curvature(const MapProjection& at) const noexcept;
   void look_at_lane(State& s) const noexcept;
   void follow_map_use(State& s) const noexcept;
@@ -129,11 +137,15 @@ class LanePolicy {
   void score_hit(int32_t slot, State& s, const Measurement& z, const Innovation* innovation) noexcept;
   void begin_existence(State& s, const Measurement& z) const noexcept;
   bool was_passed(int32_t slot, const State& s) const noexcept;
-  void spread_path(const State& s, int32_t first, PathTable& t) const noexcept;
   bool has_coasted(const State& s, double most_m) const noexcept;
   bool is_of_place_before(const State& s) const noexcept;
   void lose(State& s) const noexcept;
   static int64_t limit_votes(int64_t votes) noexcept;
+
+  // lane_output.cpp
+  PathKind path_of(const State& s) const noexcept;
+  PathNoise path_noise(const State& s) const noexcept;
+  void spread_path(const State& s, int32_t first, PathTable& t) const noexcept;
 
   // lane_identity.cpp
   void find_places(const TrackView<State>& tracks, const Iteration& it) noexcept;
@@ -169,9 +181,11 @@ class LanePolicy {
   Place* unclaimed_ = nullptr;
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
+  int64_t stamp_ns_ = 0;
   bool knows_range_ = true;  // of the iteration's places from the ego vehicle
   bool are_rows_ = false;    // all measurements are pushed rows
   bool only_rows_ = false;   // the same, and no map is asked
+  bool of_rows_ = false;     // the iteration is one of pushed rows: nothing tells where their source looks
   TrackerEgo ego_;
 };
 
@@ -181,7 +195,7 @@ inline constexpr const char* kLaneTrackerParams =
     "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
     "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
 
-static_assert(sizeof(LaneTrack) == 59 * 8 + 10 * 4);
+static_assert(sizeof(LaneTrack) == 61 * 8 + 10 * 4);
 
 extern template class ReplayTracker<LanePolicy>;
 using LaneTracker = ReplayTracker<LanePolicy>;

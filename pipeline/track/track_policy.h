@@ -88,7 +88,9 @@ concept JoinsTracks = requires(P& policy, const P& constant, typename P::State& 
 template <class P>
 concept WritesOptional = requires(const P& constant, typename P::State& state, const typename P::State& seen,
                                   OptionalTrackTable& rows, std::size_t i) {
-  // An iteration whose sensors could not see the place of the track; `record` is not called then.
+  // Whether this iteration, which could see the place of the track, tells by a miss that its car is not there.
+  { constant.may_miss(seen) } -> std::same_as<bool>;
+  // An iteration that tells nothing of the track; `record` is not called then.
   constant.leave_view(state);
   // Writes row i, but for unseen_s.
   constant.write_optional(seen, rows, i);

@@ -132,7 +132,7 @@ class TrackSet {
       }
       head.row = -1;
       head.flags = kTrackCoasting | kTrackUnobserved;
-      if (const Place place = policy_.place(state); is_observed(it, place.x_m, place.y_m)) {
+      if (may_miss(it, state)) {
         head.flags = kTrackCoasting;  // an iteration that could not see the track does not count
         ++counts_.misses;
         lives = policy_.record(slot, state, false);
@@ -144,6 +144,13 @@ class TrackSet {
       end(slot, counts_.missed);
     else if (!policy_.is_sound(state))
       end(slot, counts_.unsound);
+  }
+
+  bool may_miss(const Iteration& it, const State& state) const noexcept {
+    const Place place = policy_.place(state);
+    if (!is_observed(it, place.x_m, place.y_m)) return false;
+    if constexpr (WritesOptional<Policy>) return policy_.may_miss(state);
+    return true;
   }
 
   TrackView<State> view() const noexcept { return {params_.track_capacity, alive_count_, head_, state_}; }

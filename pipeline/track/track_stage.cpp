@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "core/math.h"
+#include "pipeline/frame_flags.h"
 #include "pipeline/stages.h"
+#include "pipeline/track/iteration.h"
 
 namespace overtake {
 namespace {
@@ -117,7 +119,7 @@ double TrackStage::heading_sigma(int32_t sensor) const noexcept {
 }
 
 void TrackStage::measure_detections(Frame& frame) const noexcept {
-  const DetectionTable& in = frame.detections;
+  DetectionTable& in = frame.detections;
   const int32_t rows = in.count + frame.faint_count;
   frame.measurements.count = rows;
   EgoState ego;
@@ -161,9 +163,10 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
           frame.views.cov_xy[i] = float(z.cov_xy);
         }
       }
-      // psi_REF was found on the map with the ego heading as published.
+      // psi_REF was found on the map with the ego heading as published: in the vehicle frame it gets the correction.
       const bool by_map = frame.uses_map && in.heading_source[i] == int32_t(HeadingSource::kRef);
       z.heading_rad = (by_map ? ego : used).heading_to_map(z.heading_rad);
+      if (by_map) in.heading_rad[i] = float(wrap_angle(double(in.heading_rad[i]) - offset_rad));
       used.to_map(z.x_m, z.y_m, z_m, z.x_m, z.y_m);
       turn_covariance(used.r[0], used.r[1], used.r[3], used.r[4], z);
       widen(params_, ego_variance(ego), z);
@@ -194,7 +197,9 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .stamp_ns = frame.stamp_ns,
          .height_m = in.height_m[i],
          .free_heading = in.heading_rad[i] == in.heading_rad[i],
+         .front = in.heading_rad[i] == in.heading_rad[i],
          .score = in.score[i]};
+    frame.values_ignored += count_unusable(z, in.var_x[i] == in.var_x[i]);
     if (turn) turn_to_map(ego, z);
     widen(params_, variance, z);
   }
@@ -204,8 +209,8 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
   if (frame.kind == FrameKind::kExternal) return -1;  // field of view unknown: assume everything
   int32_t count = 0;
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
-    // What an incomplete scan does not show is not free.
-    if (!((frame.sensor_mask & ~frame.incomplete_mask) >> s & 1u)) continue;
+    // What an incomplete scan, or one without a usable point, does not show is not free.
+    if (!((frame.sensor_mask & ~frame.incomplete_mask) >> s & 1u) || count_usable(frame.sensors[s]) == 0) continue;
     const SensorModel& model = context_.sensors[s];
     ObservedSector& sector = sectors[count++];
     const double span = model.wraps ? kTwoPi : double(model.pitch_rad) * model.cols;
@@ -280,6 +285,7 @@ StepResult TrackStage::step(Frame& frame) noexcept {
   input.ask_map = frame.uses_map;
   input.sectors = sectors;
   input.sector_count = observe(frame, sectors);
+  input.of_rows = frame.kind == FrameKind::kExternal;
   const StepResult result = tracker_->step(input, frame.measurements.track);
   tracker_->snapshot(frame.tracks, frame.track_states);
   return result;

@@ -39,7 +39,7 @@ class TrackStage {
   TrackStage(const StageContext& context, const TrackerParams& params,
              const Allocator& allocator = default_allocator());
   //   reads  detections or external, ego, walls   writes  measurements, views.ego_offset_rad, tracks, track_states,
-  //   reference, ego_known, ego_state, ego_heading, tracks_ns, refiltered, lost_rows, flags
+  //   reference, ego_known, ego_state, ego_heading, tracks_ns, refiltered, lost_rows, values_ignored, flags
   void run(Frame& frame) noexcept;
   FrameTracker& tracker() noexcept { return *tracker_; }
 

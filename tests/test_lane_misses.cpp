@@ -1,0 +1,84 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tracker of preset `best`: what counts as a miss of a car, and when a car that is missed is lost.
+#include <doctest/doctest.h>
+
+#include <vector>
+
+#include "tests/support/lane_bench.h"
+
+using namespace overtake;
+using test::kFrame_s, test::LaneBench, test::ns_of, test::pushed_row, test::seen_car;
+
+TEST_CASE("lane misses: rows of a source that never saw a car are no miss of it, those of one that did are") {
+  for (const bool saw_it : {false, true}) {
+    CAPTURE(saw_it);
+    LaneBench bench;
+    int32_t k = 0;
+    for (; k < 20; ++k) {
+      bench.input.of_rows = false;
+      bench.step(k, {seen_car(0, 0, k)});
+      if (k == 10 && saw_it) {
+        Measurement row = pushed_row(0, 0, k);
+        row.stamp_ns += 10'000'000;
+        bench.input.of_rows = true;
+        bench.push({row});
+      }
+    }
+    REQUIRE(bench.is_confirmed());
+    const int32_t age = bench.state().age;
+    const double existence = bench.state().score;
+    bench.input.of_rows = true;
+    for (int32_t i = 0; i < 10; ++i, ++k) bench.step(k, {});
+    CHECK(bench.state().age == age + (saw_it ? 10 : 0));
+    CHECK((bench.state().score < existence) == saw_it);
+    CHECK((bench.state().visibility == Visibility::kMissed) == saw_it);
+  }
+}
+
+TEST_CASE("lane misses: empty iterations in quick succession do not end a new track") {
+  for (const int64_t step_ms : {5, 10, 50}) {
+    CAPTURE(step_ms);
+    LaneBench bench;
+    int64_t t_ms = 0;
+    for (; t_ms < 1'000; t_ms += step_ms) {
+      Measurement z = pushed_row(0.02 * double(t_ms), 0, 0);
+      z.stamp_ns = bench.input.stamp_ns = t_ms * 1'000'000;
+      const auto seen = t_ms % 100 == 0 ? std::vector{z} : std::vector<Measurement>{};
+      bench.input.measurements = seen;
+      bench.ids.assign(seen.size(), kNobody);
+      bench.tracker->step(bench.input, bench.ids.data());
+    }
+    CHECK(bench.tracker->counts().births == 1);
+    CHECK(bench.tracker->counts().missed == 0);
+  }
+}
+
+TEST_CASE("lane misses: a place that its source tells badly is one of a confirmed car, not after it was not seen") {
+  LaneBench bench;
+  int32_t k = 0;
+  for (; k < 40; ++k) {
+    Measurement z = pushed_row(30 * kFrame_s * k, 0, k);
+    z.var_x = z.var_y = 900;  // more than coast_sigma_m
+    bench.step(k, {z});
+  }
+  CHECK(bench.confirmed() == 1);
+  CHECK(bench.rows.count == 1);
+  bench.publish_at(ns_of(k));
+  CHECK(bench.published.state[0] == int32_t(TrackState::kConfirmed));
+  bench.publish_at(ns_of(k + 4));
+  CHECK(bench.published.state[0] == int32_t(TrackState::kTentative));
+}
+
+TEST_CASE("lane misses: tracks read for a later time are lost as an iteration at that time would lose them") {
+  LaneBench bench;
+  bench.follow(20);
+  bench.publish_at(ns_of(19) + 3'900'000'000);
+  CHECK(bench.published.state[0] == int32_t(TrackState::kConfirmed));
+  CHECK(bench.told.existence[0] > 0.5);
+  bench.publish_at(ns_of(19) + 4'100'000'000);
+  CHECK(bench.published.state[0] == int32_t(TrackState::kTentative));
+  CHECK(bench.told.existence[0] <= 0.5);
+  CHECK(bench.is_confirmed());
+}
