@@ -175,6 +175,33 @@ TEST_CASE("detector: with every method the track of a car that slides has the he
     }
 }
 
+TEST_CASE("detector: a car that stands has the heading of its pushed rows, whichever way it points") {
+  for (const double heading : {0.0, 2.5, -3.0}) {
+    CAPTURE(heading);
+    ovt_params params;
+    REQUIRE(ovt_params_init(&params, sizeof params, "best") == OVT_OK);
+    Small small(0);
+    small.def.params = &params;
+    small.create();
+    ovt_reader* reader = nullptr;
+    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+    const double x = 30, y = 0, var = 0.04;
+    ovt_tracks t;
+    for (int32_t k = 0; k < 10; ++k) {
+      ovt_external_detections d;
+      ovt_external_detections_init(&d, sizeof d);
+      d.stamp_ns = k * 50 * kMs, d.count = 1, d.reference = OVT_REFERENCE_MAP;
+      d.x_m = &x, d.y_m = &y, d.var_x = d.var_y = &var, d.heading_rad = &heading;
+      REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
+      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+      REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+    }
+    REQUIRE(t.count == 1);
+    CHECK(t.heading_rad[0] == doctest::Approx(heading).epsilon(0.05));
+    ovt_destroy_reader(reader);
+  }
+}
+
 TEST_CASE("detector: an older caller's pushed rows end before the length, which is not read") {
   Small small(0);
   small.create();
