@@ -60,7 +60,7 @@ TEST_CASE("lane misses: a place that its source tells badly is one of a confirme
   int32_t k = 0;
   for (; k < 4; ++k) {
     Measurement z = pushed_row(30 * kFrame_s * k, 0, k);
-    z.var_x = z.var_y = 2500;  // more than coast_sigma_m
+    z.var_x = z.var_y = 900;  // more than coast_sigma_m
     bench.step(k, {z});
   }
   CHECK(bench.confirmed() == 1);

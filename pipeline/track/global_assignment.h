@@ -10,8 +10,8 @@
 //   estimate(state, dt_s, ahead)    -> Estimate
 //   cost(estimate, z, cost)         false: outside of the policy's gate
 //   alone_cost(state, cost)         optional. True: the track may also stay without a measurement, at this cost
-//   doubt(state)                    -> Doubt, optional: how much faster than predicted a car may be, and since when;
-//                                   widens the distance gate
+//   doubt(state)                    -> Doubt, optional: how much faster than predicted a car may be, and since when,
+//                                   and how far off its measurements; widens the distance gate
 //   travel_m(state, dt_s)           upper limit of the distance between the state's place and the predicted one
 #pragma once
 
@@ -25,8 +25,9 @@
 namespace overtake {
 
 // A car may drive so much faster or slower than its track, and may have done so for that long before the track's state.
+// A measurement of it may be as far off as place_m.
 struct Doubt {
-  double speed_mps = 0, since_s = 0;
+  double speed_mps = 0, since_s = 0, place_m = 0;
 };
 
 template <class Policy>
@@ -143,7 +144,7 @@ class GlobalAssignment {
   }
   // The largest distance of a measurement from the track's prediction after dt_s.
   double gate_m(const Gated& g, double dt_s) const noexcept {
-    return std::max(gate_m_, g.doubt.speed_mps * (std::fabs(dt_s) + g.doubt.since_s));
+    return std::max({gate_m_, g.doubt.speed_mps * (std::fabs(dt_s) + g.doubt.since_s), g.doubt.place_m});
   }
   // Square of the farthest distance from its state at which a track may match after dt_s.
   double reach_m2(const Policy& policy, const Gated& g, double dt_s) const noexcept {

@@ -57,6 +57,7 @@ constexpr double kStandsShare = 0.5;                       // of birth_sigma_spe
 constexpr double kLeastBirth_mps = 20.0;                   // on a map cars drive one way
 constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car of this speed is so many deviations off
 constexpr double kFaintGate_d2 = 9.0;
+constexpr double kRowSigmas = 3.0;   // a pushed row may be so many deviations off its track
 constexpr double kAloneCost = 18.0;  // of a track that stays without a detection
 
 // Heading.
@@ -279,7 +280,7 @@ LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noex
 Doubt LanePolicy::doubt(const State& s) const noexcept {
   const double sigma_mps = std::sqrt(s.estimate.covariance[2][2]);
   return {kBirthSigmas * sigma_mps + std::fabs(s.estimate.accel_mps2) * kLongAccel_s,
-          s.hits < kSteadyHits ? s.unseen_s : 0.0};
+          s.hits < kSteadyHits ? s.unseen_s : 0.0, rows_reach_m_};
 }
 
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
@@ -325,6 +326,8 @@ bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) con
     return false;
   if (z.faint && !(innovation.d2 <= kFaintGate_d2 && z.height_m >= lane_.low_m)) return false;  // may be the road
   cost = innovation.d2 + innovation.log_det + (z.faint ? params_.gate_d2 : 0.0);  // a detection comes first
+  // How badly a row tells its place says nothing about whose it is.
+  if (const double det = z.var_x * z.var_y - z.cov_xy * z.cov_xy; !is_cluster(z) && det > 1.0) cost -= log_f64(det);
   return true;
 }
 
@@ -346,6 +349,9 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
   only_rows_ = are_rows_ && asks_map_ == 0;
   of_rows_ = it.of_rows;
   stamp_ns_ = it.stamp_ns;
+  rows_reach_m_ = 0.0;
+  for (int32_t i = 0; are_rows_ && i < it.count; ++i)
+    rows_reach_m_ = std::max(rows_reach_m_, kRowSigmas * std::sqrt(it.measurement[i].var_x + it.measurement[i].var_y));
   find_places(tracks, it);
   look_from_ego(tracks);
   find_detectable(tracks, it);

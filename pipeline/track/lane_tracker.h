@@ -182,6 +182,7 @@ class LanePolicy {
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
   int64_t stamp_ns_ = 0;
+  double rows_reach_m_ = 0;  // of pushed rows: how far off their places may be
   bool knows_range_ = true;  // of the iteration's places from the ego vehicle
   bool are_rows_ = false;    // all measurements are pushed rows
   bool only_rows_ = false;   // the same, and no map is asked
