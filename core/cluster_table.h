@@ -94,10 +94,10 @@ struct ClusterPlaceTable {
   float *low_1_m = nullptr, *high_1_m = nullptr;  // box of the points
   float *low_2_m = nullptr, *high_2_m = nullptr;
   // Scratch of join_shards: by row; lists of rows, by number of points and by place; in the order of `next`, the middle
-  // of the box (vehicle frame), its diagonal, and the next place of the same cell; and the places near one row, with
-  // their boxes on its axes.
+  // of the box (vehicle frame) and the next place of the same cell; and the places near one row, with their boxes on its
+  // axes.
   int32_t *group = nullptr, *order = nullptr, *next = nullptr;
-  float *next_x_m = nullptr, *next_y_m = nullptr, *next_size_m = nullptr;
+  float *next_x_m = nullptr, *next_y_m = nullptr;
   int32_t *next_in_cell = nullptr, *near = nullptr;
   float *near_low_1_m = nullptr, *near_high_1_m = nullptr, *near_low_2_m = nullptr, *near_high_2_m = nullptr;
 };
@@ -112,7 +112,7 @@ void for_each_column(ClusterPlaceTable& t, F&& f) {
   f("low_1_m", t.low_1_m);            f("high_1_m", t.high_1_m);
   f("low_2_m", t.low_2_m);            f("high_2_m", t.high_2_m);
   f("group", t.group);                f("order", t.order);              f("next", t.next);
-  f("next_x_m", t.next_x_m);          f("next_y_m", t.next_y_m);        f("next_size_m", t.next_size_m);
+  f("next_x_m", t.next_x_m);          f("next_y_m", t.next_y_m);
   f("next_in_cell", t.next_in_cell);  f("near", t.near);
   f("near_low_1_m", t.near_low_1_m);  f("near_high_1_m", t.near_high_1_m);
   f("near_low_2_m", t.near_low_2_m);  f("near_high_2_m", t.near_high_2_m);

@@ -7,9 +7,8 @@
 // longer than the limit. Side by side, it is a width and the distance apart. A seed that is wider than a car is one car
 // across the circuit; the limits are turned for it alone, so two cars side by side never become one of those. A seed
 // that is longer than a car is wide, and whose smallest rectangle is clearly smaller than its box along the lane, is of
-// a car at an angle: the axes are those of this rectangle. A shorter one may be a face of such a car; where another
-// sensor sees the car whole, the box of both is that of the one. A few points nearer than a body of many are rain or spray in front of it,
-// which would move its near end.
+// a car at an angle: the axes are those of this rectangle. A few points nearer than a body of many are rain or spray in
+// front of it, which would move its near end.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -24,7 +23,7 @@ namespace {
 
 constexpr int32_t kFree = -1;
 constexpr float kApronReach_m = 40.0f;  // farther away few cars on the apron fall into several clusters
-constexpr float kSame_m = 0.3f;         // two sensors do not see the same parts of an end
+constexpr float kInFront_m = 0.3f;      // rain or spray is nearer than a body by as much
 constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
 constexpr int32_t kCells = 32;  // to a side; places that many cells apart share a list
 
@@ -112,7 +111,7 @@ class Joiner {
       return points_a != points_b ? points_a > points_b : is_before(a, b);
     });
     std::sort(places_.next, places_.next + count_, [this](int32_t a, int32_t b) { return is_before(a, b); });
-    cells_per_m_ = 1.0f / (longest_side_m + kSqrt2 * (kSame_m + kRounding_m));
+    cells_per_m_ = 1.0f / (longest_side_m + kSqrt2 * kRounding_m);
     std::fill_n(&first_[0][0], kCells * kCells, -1);
     for (int32_t k = 0; k < count_; ++k) {
       const int32_t row = places_.next[k];
@@ -121,7 +120,6 @@ class Joiner {
       const float c = places_.cos[row], s = places_.sin[row];
       places_.next_x_m[k] = along * c - across * s;
       places_.next_y_m[k] = along * s + across * c;
-      places_.next_size_m[k] = std::sqrt(box.length() * box.length() + box.width() * box.width());
       int32_t& first = first_[cell_of(places_.next_y_m[k])][cell_of(places_.next_x_m[k])];
       places_.next_in_cell[k] = first;
       first = k;
@@ -183,7 +181,7 @@ class Joiner {
   // Turns the axes of a seed's group, and its list, to the smallest rectangle around the seed, if that is clearly
   // smaller than the box on psi_REF, and within the limits. Returns whether it did.
   bool turn_group(int32_t seed, Group& group) {
-    constexpr int32_t kStep = 5;      // as fits_at_any_heading
+    constexpr int32_t kStep = 5;      // deg, as fits_at_any_heading
     constexpr float kClearly = 0.8f;  // a car at 5 deg
     Group turned = group;
     float smallest_m2 = kClearly * group.box.length() * group.box.width();
@@ -229,11 +227,11 @@ class Joiner {
         link = &places_.next_in_cell[k];
         if (is_in_front(row, seed)) continue;
         // How far apart the middles are at most: together both boxes are as large as the limits, at any angle if the
-        // seed may be turned, or (is_same) longer by kSame_m than the longer one.
-        const float x = places_.next_x_m[k], y = places_.next_y_m[k], size_m = places_.next_size_m[k];
-        const float most_1 = max_of(reach.length_m, 0.5f * max_of(own.length(), size_m) + kSame_m) + kRounding_m;
-        const float most_2 = max_of(reach.width_m, 0.5f * max_of(own.width(), size_m) + kSame_m) + kRounding_m;
-        if (abs_of(x * c + y * s - middle_1) > most_1 || abs_of(y * c - x * s - middle_2) > most_2) continue;
+        // seed may be turned.
+        const float x = places_.next_x_m[k], y = places_.next_y_m[k];
+        if (abs_of(x * c + y * s - middle_1) > reach.length_m + kRounding_m ||
+            abs_of(y * c - x * s - middle_2) > reach.width_m + kRounding_m)
+          continue;
         put_near(near_count_++, k, turn_box(places_, row, group));
       }
     }
@@ -246,7 +244,7 @@ class Joiner {
     const int32_t points = merged_.point_count[row];
     return points <= kFew && kTimes * points <= merged_.point_count[seed] &&
            merged_.main_sensor[row] == merged_.main_sensor[seed] &&
-           merged_.nearest_m[row] < merged_.nearest_m[seed] - kSame_m;
+           merged_.nearest_m[row] < merged_.nearest_m[seed] - kInFront_m;
   }
 
   void put_near(int32_t near, int32_t k, const OrientedBox& box) {
@@ -263,16 +261,13 @@ class Joiner {
   // fit leaves the list. Once the group has several rows, a row inside of it is joined at once: the group's box and
   // heights stay as they are.
   int32_t find_nearest(int32_t seed, Group& group, const CarLimits& most) {
-    const bool is_turned = group.cos != places_.cos[seed] || group.sin != places_.sin[seed];
-    const bool group_exceeds = !fits(most, group.box);
     int32_t nearest = -1, left = 0;
     float nearest_m2 = 0.0f;
     for (int32_t n = 0; n < near_count_; ++n) {
       const int32_t k = places_.near[n], row = places_.next[k];
       if (places_.group[row] != kFree) continue;
       const OrientedBox box = near_box(n), both = unite(group.box, box);
-      const bool fits_both = fits(most, both);
-      if (!fits_both && (group.rows > 1 || is_turned || (!group_exceeds && fits(most, box)))) continue;
+      if (!fits(most, both)) continue;
       const float low_z = merged_.min_z_m[row], high_z = merged_.max_z_m[row];
       if (max_of(group.high_z, high_z) - min_of(group.low_z, low_z) > most.height_m) continue;
       if (group.rows > 1 && is_inside(group.box, box) && low_z >= group.low_z && high_z <= group.high_z) {
@@ -287,25 +282,11 @@ class Joiner {
       const float gap_m2 = gaps.along_m * gaps.along_m + gaps.across_m * gaps.across_m;
       // Equal: the first by place.
       if (nearest >= 0 && !(gap_m2 < nearest_m2 || (gap_m2 == nearest_m2 && k < places_.near[nearest]))) continue;
-      if (!fits_both && !is_same(seed, row, box, both)) continue;
       nearest = at;
       nearest_m2 = gap_m2;
     }
     near_count_ = left;
     return nearest;
-  }
-
-  // Whether another sensor than the seed's sees the same car in a row: the union of the two boxes is no larger than one
-  // of them, and there is a heading along which it is one car.
-  bool is_same(int32_t seed, int32_t row, const OrientedBox& box, const OrientedBox& both) const {
-    const OrientedBox own = box_of(places_, seed);
-    if ((merged_.sensor_mask[seed] & merged_.sensor_mask[row]) != 0 ||
-        both.length() > max_of(own.length(), box.length()) + kSame_m ||
-        both.width() > max_of(own.width(), box.width()) + kSame_m)
-      return false;
-    return fits_at_any_heading(params_.limits, [&](float c, float s) {
-      return unite(measure_box(frame_, seed, c, s), measure_box(frame_, row, c, s));
-    });
   }
 
   // Makes one row of each group, in the place of its first row.

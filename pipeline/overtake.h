@@ -676,8 +676,15 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_EGO_HEADING = 131072,     /* ego_heading_offset_rad is not known well: too few walls were seen so far, or
                                         the walls of this frame contradict it. Never set if the method does not correct
                                         the ego heading */
-  OVT_FLAG_SCAN_INCOMPLETE = 262144  /* a scan in pieces lacks points, or did not end (see incomplete_mask): this is not
+  OVT_FLAG_SCAN_INCOMPLETE = 262144, /* a scan in pieces lacks points, or did not end (see incomplete_mask): this is not
                                         "all clear" */
+  OVT_FLAG_NO_GROUND = 524288,       /* preset best: of a scan of 1000 good points or more, not counting objects that
+                                        begin nearer than 3 m, fewer than 1 of 50 is ground. Something is in front of
+                                        the sensor, or the ego poses' pitch or roll, the mounting or the map is wrong:
+                                        then its cars are lost among the road's points. This is not "all clear" */
+  OVT_FLAG_EGO_JUMP = 1048576        /* preset best, with ego poses in the map: the ego pose is 0.5 to 5 m from where the
+                                        last one and its speed lead, and from where the places before lead. The tracks
+                                        of scans have moved with it */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */

@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <memory>
+#include <vector>
 
 namespace overtake {
 namespace {
@@ -65,6 +66,35 @@ TEST_CASE("flags_of: a cloud is degraded if most of a sensor's points lose their
   count_of(*frame, 0, Reason::kSecondReturn) = 35;
   frame->sensors[1].kept.points.count = 0;
   CHECK(ask(*frame) == OVT_FLAG_CLOUD_DEGRADED);
+}
+
+TEST_CASE("flags_of: no ground if hardly a point of a scan of many is ground, where heights over it are known") {
+  auto frame = make_frame();
+  std::vector<float> heights(1);
+  SensorPart& part = frame->sensors[1];
+  const auto ask_of = [&](int32_t points, int32_t in_clusters, int32_t of_own_body) {
+    part.kept.points.count = points;
+    part.cluster_points.count = in_clusters;
+    count_of(*frame, 1, Reason::kOwnBody) = of_own_body;
+    count_of(*frame, 1, Reason::kLabelled) = points - of_own_body;
+    return ask(*frame);
+  };
+  CHECK(ask_of(1000, 990, 0) == 0);  // no heights: another method
+  part.kept.images.height_m.data = heights.data();
+  CHECK(ask_of(1000, 981, 0) == OVT_FLAG_NO_GROUND);
+  CHECK(ask_of(1000, 980, 0) == 0);
+  CHECK(ask_of(1000, 980, 500) == 0);
+  CHECK(ask_of(1000, 981, 500) == OVT_FLAG_NO_GROUND);
+  CHECK(ask_of(999, 999, 0) == 0);  // too few points to tell
+  CHECK(ask_of(30000, 29500, 0) == OVT_FLAG_NO_GROUND);
+  float nearest_m[] = {2.9f, 3.1f};  // a car beside this one, and another object
+  int32_t point_count[] = {29001, 10};
+  part.clusters.nearest_m = nearest_m, part.clusters.point_count = point_count, part.clusters.count = 2;
+  CHECK(ask(*frame) == 0);
+  point_count[0] = 29000;
+  CHECK(ask_of(30000, 29981, 0) == OVT_FLAG_NO_GROUND);
+  part.present = false;
+  CHECK(ask(*frame) == 0);
 }
 
 TEST_CASE("flags_of: no data if no scan has a usable point; never for pushed detections and predictions") {

@@ -4,6 +4,7 @@
 // The tracker of preset `best`: what counts as a miss of a car, and when a car that is missed is lost.
 #include <doctest/doctest.h>
 
+#include <random>
 #include <vector>
 
 #include "tests/support/lane_bench.h"
@@ -81,4 +82,24 @@ TEST_CASE("lane misses: tracks read for a later time are lost as an iteration at
   CHECK(bench.published.state[0] == int32_t(TrackState::kTentative));
   CHECK(bench.told.existence[0] <= 0.5);
   CHECK(bench.is_confirmed());
+}
+
+TEST_CASE("lane misses: rows that tell their places badly are those of one car, whatever their deviation") {
+  for (const bool has_ego : {false, true})
+    for (const double sigma_m : {0.3, 3.0, 10.0, 20.0}) {
+      CAPTURE(has_ego);
+      CAPTURE(sigma_m);
+      LaneBench bench;
+      bench.input.ego.known = has_ego;
+      std::mt19937_64 random(7);
+      std::normal_distribution<double> error(0, sigma_m);
+      for (int32_t k = 0; k < 100; ++k) {
+        bench.ego_at(40 * kFrame_s * k - 50);
+        Measurement z = pushed_row(45 * kFrame_s * k + error(random), error(random), k);
+        z.var_x = z.var_y = sigma_m * sigma_m;
+        bench.step(k, {z});
+      }
+      CHECK(bench.tracker->counts().births == 1);
+      CHECK(bench.confirmed() == 1);
+    }
 }

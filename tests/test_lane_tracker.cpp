@@ -448,3 +448,24 @@ TEST_CASE("lane tracker: the errors of a car that stands do not turn its publish
     CHECK(bench.rows.speed_mps[0] == doctest::Approx(5).epsilon(0.2));
   }
 }
+
+TEST_CASE("lane tracker: where the ego pose jumps, the tracks of its sensors move with it, and those of rows do not") {
+  for (const bool of_rows : {false, true})
+    for (const double jump_m : {-3.0, 0.0, 2.0}) {
+      CAPTURE(of_rows);
+      CAPTURE(jump_m);
+      LaneBench bench;
+      for (int32_t k = 0; k < 21; ++k) {
+        const double wrong_m = k < 20 ? 0.0 : jump_m;  // of the ego pose
+        bench.ego_at(50 * kFrame_s * k - 30 + wrong_m);
+        bench.input.ego.y_m = wrong_m;
+        Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+        if (of_rows) z.points = 0;
+        bench.input.measurements = {};
+        bench.ids.clear();
+        bench.step(k, k < 20 ? std::vector{z} : std::vector<Measurement>{});
+      }
+      CHECK(bench.rows.x_m[0] == doctest::Approx(50 * kFrame_s * 20 + (of_rows ? 0.0 : jump_m)).epsilon(0.002));
+      CHECK(std::fabs(bench.rows.y_m[0] - (of_rows ? 0.0 : jump_m)) < 0.1);
+    }
+}

@@ -77,9 +77,10 @@ struct FrameCounts {
 struct TrackerCounts : IterationCounts, FrameCounts {};
 
 struct StepResult {
-  bool limited = false;    // the work limit made the frame late, or shortened an iteration
-  int32_t refiltered = 0;  // iterations that ran again; 0 for a frame in sequence
-  int64_t work = 0;        // in the steps that work_limit counts
+  bool limited = false;     // the work limit made the frame late, or shortened an iteration
+  int32_t refiltered = 0;   // iterations that ran again; 0 for a frame in sequence
+  int64_t work = 0;         // in the steps that work_limit counts
+  bool ego_jumped = false;  // since the iteration before
 };
 
 // Only one thread may call at a time. Exceptions are publish, writes_optional, path_points, path_step_s and

@@ -117,6 +117,7 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
   it.in_map = frame.in_map;
   it.ask_map = frame.ask_map;
   it.of_rows = frame.of_rows;
+  it.ego_jumped = false;
   it.sector_count = std::min(frame.sector_count, kMaxSensors);
   std::copy_n(frame.sectors, std::max(it.sector_count, 0), it.sectors);
   select_rows(params, frame, it);
@@ -128,7 +129,11 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
 }
 
 void EgoJumps::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
-  if (!now.known) return;
+  jumped = false;
+  if (!now.known) {
+    has_way = since.known = false;
+    return;
+  }
   const double dt_s = seconds_between(stamp_ns, now_ns);
   const TrackerEgo last = ego;
   stamp_ns = now_ns;
@@ -152,9 +157,37 @@ void EgoJumps::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
       far_x_m = far_y_m = 0.0;
     }
   }
+  follow_way(now_ns, last, dt_s);
+  jumped = jumped && jumps;
   if (!jumps) return;
   jumped_ns = now_ns;
   off_x_m = off_y_m = off_rad = 0.0;
+}
+
+// Where the places lead, without the pushed speed: over kWay_s, because a place has an error of some centimetres. The
+// velocity outlasts a jump; after kMostDoubts places that it does not lead to, it is measured anew.
+void EgoJumps::follow_way(int64_t now_ns, const TrackerEgo& last, double dt_s) noexcept {
+  constexpr double kWay_s = 0.04, kMostAcceleration = 50.0, kError_m = 0.15;
+  constexpr int32_t kMostDoubts = 3;
+  if (!last.known || dt_s > kPoseGap_s) has_way = since.known = false;
+  bool follows = false;
+  if (has_way && dt_s > 0.0) {
+    jump_x_m = ego.x_m - last.x_m - way_x_mps * dt_s, jump_y_m = ego.y_m - last.y_m - way_y_mps * dt_s;
+    const double off_m = hypot_f64(jump_x_m, jump_y_m);
+    follows = off_m < kError_m + kMostAcceleration * dt_s * dt_s;
+    jumped = !follows && off_m > kPoseJump_m && off_m <= kFarJump_m;
+    doubts = follows ? 0 : doubts + 1;
+    if (doubts >= kMostDoubts) has_way = since.known = false;
+  }
+  if (since.known && (follows || !has_way) && seconds_between(since_ns, now_ns) >= kWay_s) {
+    const double way_s = seconds_between(since_ns, now_ns);
+    way_x_mps = (ego.x_m - since.x_m) / way_s, way_y_mps = (ego.y_m - since.y_m) / way_s;
+    has_way = true;
+    doubts = 0;
+    since = ego, since_ns = now_ns;
+  } else if (!since.known || (has_way && dt_s > 0.0 && !follows)) {
+    since = ego, since_ns = now_ns;
+  }
 }
 
 double EgoJumps::since_jump_s(int64_t now_ns) const noexcept {

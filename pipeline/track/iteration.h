@@ -48,8 +48,18 @@ struct EgoJumps {
   double off_x_m = 0, off_y_m = 0, off_rad = 0, far_x_m = 0, far_y_m = 0;
   int64_t jumped_ns = 0;              // stamp of the last jump; the first pose is one
   int64_t jumped_far_ns = INT64_MIN;  // of the last one that no vehicle can make at the speed that it pushes
+  // Of the last iteration: whether the pose jumped, and how far from where the way before leads. A pushed speed may be
+  // wrong for long, so a jump that moves tracks is one of the places, too.
+  bool jumped = false;
+  double jump_x_m = 0, jump_y_m = 0;
+  TrackerEgo since;  // the place from which the velocity of the way is measured
+  int64_t since_ns = 0;
+  bool has_way = false;
+  int32_t doubts = 0;  // places in a row that the way does not lead to
+  double way_x_mps = 0, way_y_mps = 0;
 
   void follow(int64_t now_ns, const TrackerEgo& now) noexcept;
+  void follow_way(int64_t now_ns, const TrackerEgo& last, double dt_s) noexcept;
   // Infinite before the first one.
   double since_jump_s(int64_t now_ns) const noexcept;
   double since_far_jump_s(int64_t now_ns) const noexcept;
@@ -78,13 +88,15 @@ struct Iteration {
   int32_t* row;              // row in the frame
   double* ego_distance_m2;   // from the ego, from the origin if its pose is unknown
   // result of the last run; columns by measurement
-  double since_ego_jump_s, since_far_ego_jump_s;  // EgoJumps; only of policies that join tracks
-  int64_t work;                                   // in steps
-  bool limited;                                   // the work limit shortened the run
-  int32_t* slot;                                  // of the updated or initiated track, -1 none
-  TrackId* track;                                 // that track's id; kNobody: none, or not yet settled
-  int32_t* birth;                                 // that track's birth number while it has no id, else kHasId
-  TrackId* track_before;                          // `track` before the iteration ran again
+  // EgoJumps; only of policies that join tracks.
+  double since_ego_jump_s, since_far_ego_jump_s;
+  bool ego_jumped;
+  int64_t work;           // in steps
+  bool limited;           // the work limit shortened the run
+  int32_t* slot;          // of the updated or initiated track, -1 none
+  TrackId* track;         // that track's id; kNobody: none, or not yet settled
+  int32_t* birth;         // that track's birth number while it has no id, else kHasId
+  TrackId* track_before;  // `track` before the iteration ran again
   SavedTracks before;
 };
 

@@ -57,8 +57,9 @@ constexpr double kStandsShare = 0.5;                       // of birth_sigma_spe
 constexpr double kLeastBirth_mps = 20.0;                   // on a map cars drive one way
 constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car of this speed is so many deviations off
 constexpr double kFaintGate_d2 = 9.0;
-constexpr double kRowSigmas = 3.0;   // a pushed row may be so many deviations off its track
-constexpr double kAloneCost = 18.0;  // of a track that stays without a detection
+constexpr double kJumpSigma_m = 0.3;  // of a jump of the ego pose
+constexpr double kRowSigmas = 3.0;    // a pushed row may be so many deviations off its track
+constexpr double kAloneCost = 18.0;   // of a track that stays without a detection
 
 // Heading.
 constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.15, kHeadingRate_rps = 2.0;
@@ -258,6 +259,17 @@ void LanePolicy::turn_heading(State& s, double dt_s, bool forward_in_time) const
     s.heading_rad = s.is_backwards ? wrap_angle(s.estimate.mean.course_rad + kPi) : s.estimate.mean.course_rad;
     s.heading_var = s.estimate.covariance[3][3] + kSlip_rad * kSlip_rad;
   }
+}
+
+// The ego vehicle's own sensors saw the car, so it has the same place relative to the ego vehicle as before the jump. The
+// jump is known as well as speed and course lead over the time between two iterations. A row in the map does not jump.
+void LanePolicy::move_with_ego(State& s, double x_m, double y_m) const noexcept {
+  if (s.had_row) return;
+  s.estimate.mean.x_m += x_m;
+  s.estimate.mean.y_m += y_m;
+  s.estimate.covariance[0][0] += kJumpSigma_m * kJumpSigma_m;
+  s.estimate.covariance[1][1] += kJumpSigma_m * kJumpSigma_m;
+  look_at_lane(s);
 }
 
 // ---- associate ------------------------------------------------------------------------------------------------------

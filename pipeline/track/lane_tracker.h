@@ -85,6 +85,7 @@ class LanePolicy {
   void write_paths(std::span<const State> states, PathTable& t) const noexcept;
 
   // One track for one car.
+  void move_with_ego(State& s, double x_m, double y_m) const noexcept;
   void look_round(const TrackView<State>& tracks, const Iteration& it) noexcept;
   int32_t find_elder(const TrackView<State>& tracks, int32_t slot) const noexcept;
   bool join(State& elder, const State& younger, bool younger_is_newer) const noexcept;

@@ -51,7 +51,10 @@ class ReplayTracker final : public FrameTracker {
       for_each_shown([&](const TrackHead& head) {
         if (head.row >= 0) track_of_measurement[head.row] = head.id;
       });
-    return {.limited = history_.limited_from(place), .refiltered = refiltered, .work = history_.work_from(place)};
+    return {.limited = history_.limited_from(place),
+            .refiltered = refiltered,
+            .work = history_.work_from(place),
+            .ego_jumped = history_.at(place).ego_jumped};
   }
 
   void restart() noexcept override {

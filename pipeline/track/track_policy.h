@@ -71,8 +71,10 @@ concept TrackPolicy = std::is_trivially_copyable_v<typename P::State> &&
 // A policy with these members as well keeps one track for one car.
 template <class P>
 concept JoinsTracks = requires(P& policy, const P& constant, typename P::State& state, const typename P::State& seen,
-                               const Iteration& it, int32_t slot, int32_t measurement, bool is_newer,
+                               const Iteration& it, int32_t slot, int32_t measurement, double distance, bool is_newer,
                                const TrackView<typename P::State>& tracks) {
+  // The ego pose has jumped by so much since the iteration before, so the car's place on the map seems to have moved.
+  constant.move_with_ego(state, distance, distance);
   // Called before the following, after each change of the tracks.
   policy.look_round(tracks, it);
   // The slot of an older track of the same car, -1 none.

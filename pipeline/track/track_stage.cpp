@@ -319,6 +319,7 @@ void TrackStage::run(Frame& frame) noexcept {
     predict(frame);
   frame.refiltered = result.refiltered;
   if (result.limited) frame.flags |= OVT_FLAG_WORK_LIMIT;
+  if (result.ego_jumped) frame.flags |= OVT_FLAG_EGO_JUMP;
   clock.end(OVT_STAGE_TRACK);
 }
 

@@ -58,6 +58,10 @@ void print_notes(const CountSink& counts, const Session& session) {
                 {OVT_FLAG_CLOCK_JUMP, "the stamps jump"},
                 {OVT_FLAG_CLOCK_SUSPECT, "stamps of a sensor, of detections or of ego poses do not fit the others'"},
                 {OVT_FLAG_SCAN_INCOMPLETE, "a scan lacks points"},
+                {OVT_FLAG_NO_GROUND,
+                 "a scan shows hardly any ground: something covers a sensor, or the pitch or roll of the ego poses, a "
+                 "mounting or the map is wrong"},
+                {OVT_FLAG_EGO_JUMP, "the ego poses jump"},
                 {OVT_FLAG_WORK_LIMIT, "the tracker reached its work limit in dense clutter"}};
   for (const auto& note : kNotes) {
     const int64_t count = counts.frames_with(note.flag);

@@ -84,7 +84,9 @@ void add_enums(py::module_& module) {
                          {"WORK_LIMIT", OVT_FLAG_WORK_LIMIT},
                          {"CLOCK_SUSPECT", OVT_FLAG_CLOCK_SUSPECT},
                          {"EGO_HEADING", OVT_FLAG_EGO_HEADING},
-                         {"SCAN_INCOMPLETE", OVT_FLAG_SCAN_INCOMPLETE}})
+                         {"SCAN_INCOMPLETE", OVT_FLAG_SCAN_INCOMPLETE},
+                         {"NO_GROUND", OVT_FLAG_NO_GROUND},
+                         {"EGO_JUMP", OVT_FLAG_EGO_JUMP}})
                    .release()
                    .ptr();
   new_enum(module, "IntFlag", "TrackFlag", "Bits of Tracks.flags.",

@@ -37,7 +37,9 @@ constexpr FlagName kFlagNames[] = {{OVT_FLAG_NO_EGO, "no_ego"},
                                    {OVT_FLAG_WORK_LIMIT, "work_limit"},
                                    {OVT_FLAG_CLOCK_SUSPECT, "clock_suspect"},
                                    {OVT_FLAG_EGO_HEADING, "ego_heading"},
-                                   {OVT_FLAG_SCAN_INCOMPLETE, "scan_incomplete"}};
+                                   {OVT_FLAG_SCAN_INCOMPLETE, "scan_incomplete"},
+                                   {OVT_FLAG_NO_GROUND, "no_ground"},
+                                   {OVT_FLAG_EGO_JUMP, "ego_jump"}};
 
 // Whole microseconds from 100 us on, else one decimal: short, and never off by more than half a percent or 0.05 us.
 Json short_us(double us) {

@@ -76,6 +76,8 @@ class Flag(enum.IntFlag):
     CLOCK_SUSPECT = 65536
     EGO_HEADING = 131072
     SCAN_INCOMPLETE = 262144
+    NO_GROUND = 524288
+    EGO_JUMP = 1048576
 # end
 
 # generated: TrackFlag
