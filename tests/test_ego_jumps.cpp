@@ -179,3 +179,80 @@ TEST_CASE("ego jumps: a far jump is one that no vehicle can make at the speed th
   // A speed that is pushed as 0 looks like jumps again and again, so hardly any time goes by after the last one.
   CHECK(since(0, 0) < 0.15);
 }
+
+// ---- jumps that move tracks ----------------------------------------------------------------------------------------
+
+namespace {
+
+struct Moves {
+  int32_t count = 0;
+  double x_m = 0, y_m = 0;  // sums
+};
+
+// Follows the vehicle for two seconds; change(t_s, ego) changes its poses.
+template <class Change>
+Moves follow_places(double step_s, Change&& change) {
+  EgoJumps jumps;
+  Moves moves;
+  for (double t_s = 0; t_s < 2.01; t_s += step_s) {
+    TrackerEgo ego = driving(t_s, 0.3, 70.0, 20.0);
+    change(t_s, ego);
+    jumps.follow(kFirst_ns + std::llround(t_s * 1e9), ego);
+    if (!jumps.jumped) continue;
+    ++moves.count;
+    moves.x_m += jumps.jump_x_m, moves.y_m += jumps.jump_y_m;
+  }
+  return moves;
+}
+
+}  // namespace
+
+TEST_CASE("ego jumps: a jump of the places tells how far, also if the pushed speed is wrong") {
+  for (const double step_s : {0.1, 0.05, 0.02})
+    for (const double speed_share : {1.0, 0.0, 3.6})
+      for (const double size : {0.0, 0.6, 1.0, 3.0}) {
+        CAPTURE(step_s);
+        CAPTURE(speed_share);
+        CAPTURE(size);
+        const Moves moves = follow_places(step_s, [&](double t_s, TrackerEgo& ego) {
+          ego.speed_mps *= speed_share;
+          if (t_s > 1.01) ego.x_m += size * 1.2, ego.y_m -= size * 0.9;
+        });
+        const bool is_told = size >= 1.0;
+        CHECK(moves.count >= int32_t(is_told));
+        CHECK(moves.count <= int32_t(size > 0.0));
+        if (!is_told) continue;
+        CHECK(std::fabs(moves.x_m - size * 1.2) < 0.3);
+        CHECK(std::fabs(moves.y_m + size * 0.9) < 0.3);
+      }
+}
+
+TEST_CASE("ego jumps: one wrong pose is a jump out and back, a far one moves nothing") {
+  const auto at = [](double t_s, double from_s, double to_s) { return t_s > from_s - 1e-6 && t_s < to_s - 1e-6; };
+  Moves moves = follow_places(0.05, [&](double t_s, TrackerEgo& ego) { ego.y_m += at(t_s, 1.0, 1.05) ? 2.0 : 0.0; });
+  CHECK(moves.count == 2);
+  CHECK(std::fabs(moves.x_m) < 0.2);
+  CHECK(std::fabs(moves.y_m) < 0.2);
+  moves = follow_places(0.05, [&](double t_s, TrackerEgo& ego) { ego.y_m += at(t_s, 1.0, 99.0) ? 6.0 : 0.0; });
+  CHECK(moves.count == 0);
+  // After a far jump, and after a silence, the way is measured anew, and the next jump is told.
+  for (const double first_m : {6.0, 0.0}) {
+    CAPTURE(first_m);
+    moves = follow_places(0.05, [&](double t_s, TrackerEgo& ego) {
+      if (at(t_s, 0.5, 0.7) && first_m == 0.0) ego.known = false;
+      ego.y_m += (at(t_s, 0.5, 99.0) ? first_m : 0.0) + (at(t_s, 1.5, 99.0) ? 2.0 : 0.0);
+    });
+    CHECK(moves.count == 1);
+    CHECK(std::fabs(moves.y_m - 2.0) < 0.2);
+  }
+  // A vehicle that is suddenly much faster than its places told (a wrong first way) is followed again soon.
+  double off_m = 0;
+  moves = follow_places(0.05, [&](double t_s, TrackerEgo& ego) {
+    off_m += t_s < 0.4 ? 0.0 : 1.0;
+    ego.x_m += off_m;
+    ego.y_m += at(t_s, 1.5, 99.0) ? 2.0 : 0.0;
+  });
+  CHECK(moves.count >= 1);
+  CHECK(moves.count <= 5);
+  CHECK(std::fabs(moves.y_m - 2.0) < 0.3);
+}

@@ -261,8 +261,8 @@ void LanePolicy::turn_heading(State& s, double dt_s, bool forward_in_time) const
   }
 }
 
-// The ego vehicle's own sensors saw the car, so it has the same place relative to the ego vehicle as before the jump. The
-// jump is known as well as speed and course lead over the time between two iterations. A row in the map does not jump.
+// The ego vehicle's own sensors saw the car, so it has the same place relative to the ego vehicle as before the jump,
+// which is known as well as the places before lead. A row in the map does not jump.
 void LanePolicy::move_with_ego(State& s, double x_m, double y_m) const noexcept {
   if (s.had_row) return;
   s.estimate.mean.x_m += x_m;
