@@ -682,9 +682,9 @@ enum {                               /* ovt_frame_info.flags */
                                         begin nearer than 3 m, fewer than 1 of 50 is ground. Something is in front of
                                         the sensor, or the ego poses' pitch or roll, the mounting or the map is wrong:
                                         then its cars are lost among the road's points. This is not "all clear" */
-  OVT_FLAG_EGO_JUMP = 1048576        /* preset best, with ego poses in the map: the ego pose is 0.5 to 5 m from where the
-                                        last one and its speed lead, and from where the places before lead. The tracks
-                                        of scans have moved with it */
+  OVT_FLAG_EGO_JUMP = 1048576        /* preset best, with ego poses in the map: the ego pose is 0.5 to 5 m from where
+                                        the last one and its speed lead, and from where the places before lead. The
+                                        tracks of scans have moved with it */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */

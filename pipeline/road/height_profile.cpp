@@ -15,8 +15,8 @@ constexpr double kOffRoad_m = 1.0;       // a pose this far outside of the circu
 constexpr double kLongestStep_m = 40.0;  // between two poses; a longer one is a jump
 constexpr double kLargestClimb = 0.5;    // of the height between two poses: a larger one is a jump
 constexpr int64_t kLongestStepNs = 1'000'000'000;
-// A step that differs by this, on the level or upwards, from going on with the velocity of the step before is one of the
-// localisation: a car accelerates by 50 m/s^2 at most, and good poses have a noise of some centimetres.
+// A step that differs by this, on the level or upwards, from going on with the velocity of the step before is one of
+// the localisation: a car accelerates by 50 m/s^2 at most, and good poses have a noise of some centimetres.
 constexpr double kJump_m = 0.4, kRise_m = 0.25, kMostAcceleration = 50.0;
 constexpr double kFarthestJump_m = 5.0;  // after a longer one the vehicle is at another place: its height tells nothing
 constexpr int32_t kPasses = 4;           // the mean over passes forgets older ones
