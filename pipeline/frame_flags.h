@@ -6,8 +6,8 @@
 //
 //   OVT_FLAG_CLOUD_DEGRADED    more than half of a sensor's points are unusable (reasons before kDust), or all; or more
 //                              than 3 of 4 lose their pixel to another range: a beam has three returns at most
-//   OVT_FLAG_NO_GROUND         of many usable points of a sensor, but for objects right beside it, fewer than 1 of 50 are
-//                              ground; of methods with the running ground, whose height image tells the road
+//   OVT_FLAG_NO_GROUND         of many usable points, but for objects right beside the sensor, hardly one is ground;
+//                              of methods with the running ground, whose height image tells the road
 //   OVT_FLAG_NO_DATA           a frame of scans without a usable point
 //   OVT_FLAG_OVERFLOW          a table was too small: clusters of a sensor, merged clusters, candidates, tracks
 //   OVT_FLAG_DEADLINE_MISSED   latency above deadline_ns; 0: no deadline

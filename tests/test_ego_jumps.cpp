@@ -256,3 +256,16 @@ TEST_CASE("ego jumps: one wrong pose is a jump out and back, a far one moves not
   CHECK(moves.count <= 5);
   CHECK(std::fabs(moves.y_m - 2.0) < 0.3);
 }
+
+TEST_CASE("ego jumps: a vehicle that hits something has places that its speed leads to") {
+  EgoJumps jumps;
+  TrackerEgo ego;
+  ego.known = true;
+  for (int32_t k = 0; k < 40; ++k) {
+    const double before_mps = ego.speed_mps;
+    ego.speed_mps = k < 20 ? 70.0 : 0.0;
+    ego.x_m += 0.5 * (before_mps + ego.speed_mps) * 0.05;
+    jumps.follow(kFirst_ns + k * kStep_ns, ego);
+    if (k > 1) CHECK_FALSE(jumps.jumped);
+  }
+}

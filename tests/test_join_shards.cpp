@@ -308,6 +308,29 @@ TEST_CASE("join_shards: a row inside of the group counts for its height") {
   check_tables(bench);
 }
 
+TEST_CASE("join_shards: the parts at both ends of a car are one, wherever it is") {
+  for (float x = 12; x < 28; x += 0.9f)
+    for (float y = -8; y < 8; y += 0.9f)
+      for (const bool from_rear : {false, true})
+        for (const bool from_right : {false, true}) {
+          CAPTURE(x);
+          CAPTURE(y);
+          RulesBench bench;
+          const auto add = [&](float along, float across, int32_t times) {
+            const float at_x = x + (from_rear ? along : 4.6f - along), at_y = y + (from_right ? across : 1.6f - across);
+            const Spots once = corners(at_x, at_x + 0.3f, at_y, at_y + 0.3f, 0.2f, 0.9f);
+            Spots spots;
+            for (int32_t i = 0; i < times; ++i) spots.insert(spots.end(), once.begin(), once.end());
+            bench.add(spots);
+          };
+          add(0, 0, 4);  // the seed
+          add(2.3f, 0.8f, 1);
+          add(4.6f, 1.6f, 1);
+          join(bench);
+          REQUIRE(bench.frame.merged.count == 1);
+        }
+}
+
 TEST_CASE("join_shards: without a map the axes are those of the vehicle") {
   RulesBench bench(false);
   bench.add(corners(20, 21, 30, 31, 0.2f, 0.9f));
