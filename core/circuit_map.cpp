@@ -21,12 +21,13 @@ constexpr double kNarrow_m = 1.0;  // a map that is nowhere wider has one bound 
 double mix(double a, double b, double t) { return a + t * (b - a); }
 double mix_angle(double a, double b, double t) { return wrap_angle(a + t * wrap_angle(b - a)); }
 
+// `i`: the wrong point, -1 none.
 const char* find_fault(const double* x, const double* y, const double* left, const double* right, const double* banking,
-                       int32_t count) {
+                       int32_t count, int32_t& i) {
   if (count < 3) return "a track map needs at least 3 points";
   if (!x || !y || !left || !right) return "a track map needs columns x, y, width left and width right";
   double widest_m = 0.0;
-  for (int32_t i = 0; i < count; ++i) {
+  for (i = 0; i < count; ++i) {
     if (!std::isfinite(x[i]) || !std::isfinite(y[i]) || !std::isfinite(left[i]) || !std::isfinite(right[i]) ||
         (banking && !std::isfinite(banking[i])))
       return "a track map's value is not a finite number";
@@ -40,19 +41,31 @@ const char* find_fault(const double* x, const double* y, const double* left, con
       return "two neighbouring points of a track map are the same";
     widest_m = std::max(widest_m, left[i] + right[i]);
   }
+  i = -1;
   if (widest_m < kNarrow_m) return "a track map is nowhere 1 m wide: no car fits between its bounds";
   return nullptr;
 }
 
 }  // namespace
 
+std::string describe_fault(const char* sentence, const MapPoint& point) {
+  if (point.index < 0) return std::string(sentence) + (*point.line ? std::string(" (") + point.line + ")" : "");
+  return std::string(sentence) + " (" + (*point.line ? std::string(point.line) + ", " : "") + "point " +
+         std::to_string(point.index) + ", from 0)";
+}
+
 bool CircuitMap::build(const double* x_m, const double* y_m, const double* width_left_m, const double* width_right_m,
-                       const double* banking_rad, int32_t count, bool closed, const char** error) {
+                       const double* banking_rad, int32_t count, bool closed, const char** error, MapPoint* point) {
   const auto fail = [&](const char* sentence) {
     if (error) *error = sentence;
     return false;
   };
-  if (const char* fault = find_fault(x_m, y_m, width_left_m, width_right_m, banking_rad, count)) return fail(fault);
+  int32_t wrong = -1;
+  if (point) point->index = -1;
+  if (const char* fault = find_fault(x_m, y_m, width_left_m, width_right_m, banking_rad, count, wrong)) {
+    if (point) point->index = wrong;
+    return fail(fault);
+  }
   if (closed && hypot_f64(x_m[count - 1] - x_m[0], y_m[count - 1] - y_m[0]) < kCoincident_m && --count < 3)
     return fail("a track map needs at least 3 points");
 

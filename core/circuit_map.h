@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/check.h"
@@ -52,19 +53,28 @@ OVT_INLINE SegmentFoot find_foot(double ax, double ay, double bx, double by, dou
   return f;
 }
 
+// The point of a map's columns that is wrong, from 0; -1: not one alone. `line`: "left bound", "right bound", or "".
+struct MapPoint {
+  int32_t index = -1;
+  const char* line = "";
+};
+// A sentence of CircuitMap::build with its point.
+std::string describe_fault(const char* sentence, const MapPoint& point);
+
 class CircuitMap {
  public:
   // Columns of `count` points. banking may be null. The last point of a closed line may repeat the first one, as files
-  // do; build then drops it. On failure returns false, sets `error` to a static sentence and changes nothing. Fails on
-  // fewer than 3 points, a missing column, values that are not finite or too large, neighbours closer than 1e-6 m, and
-  // negative widths.
+  // do; build then drops it. On failure returns false, sets `error` to a static sentence and `point`, and changes
+  // nothing else. Fails on fewer than 3 points, a missing column, values that are not finite or too large, neighbours
+  // closer than 1e-6 m, and negative widths.
   bool build(const double* x_m, const double* y_m, const double* width_left_m, const double* width_right_m,
-             const double* banking_rad, int32_t count, bool closed, const char** error);
+             const double* banking_rad, int32_t count, bool closed, const char** error, MapPoint* point = nullptr);
   // Centre line and widths from two bounds with any point counts, each in driving direction. The bound with more points
   // is projected on the other; the centre is the middle, the widths are half the distance. Also fails when the left
   // bound is not on the left, and when the bounds run in opposite directions.
   bool build_from_bounds(const double* left_x_m, const double* left_y_m, int32_t left_count, const double* right_x_m,
-                         const double* right_y_m, int32_t right_count, bool closed, const char** error);
+                         const double* right_y_m, int32_t right_count, bool closed, const char** error,
+                         MapPoint* point = nullptr);
 
   bool empty() const { return x_.empty(); }
   bool closed() const { return closed_; }

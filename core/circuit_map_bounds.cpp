@@ -15,24 +15,29 @@ namespace {
 constexpr double kMinStep_m = 1e-3;  // of the centre line: nearer midpoints count as one
 
 // A bound as a line with a huge width, so that `inside` only means: not beyond the ends.
-bool build_bound(CircuitMap& line, const double* x_m, const double* y_m, int32_t count, bool closed,
-                 const char** error) {
+bool build_bound(CircuitMap& line, const double* x_m, const double* y_m, int32_t count, bool closed, const char** error,
+                 MapPoint* point) {
   const std::vector<double> wide(std::size_t(count > 0 ? count : 0), kMaxMapWidth);
-  return line.build(x_m, y_m, wide.data(), wide.data(), nullptr, count, closed, error);
+  return line.build(x_m, y_m, wide.data(), wide.data(), nullptr, count, closed, error, point);
 }
 
 }  // namespace
 
 bool CircuitMap::build_from_bounds(const double* left_x_m, const double* left_y_m, int32_t left_count,
                                    const double* right_x_m, const double* right_y_m, int32_t right_count, bool closed,
-                                   const char** error) {
+                                   const char** error, MapPoint* point) {
   const auto fail = [&](const char* sentence) {
     if (error) *error = sentence;
     return false;
   };
   CircuitMap left, right;
-  if (!build_bound(left, left_x_m, left_y_m, left_count, closed, error)) return false;
-  if (!build_bound(right, right_x_m, right_y_m, right_count, closed, error)) return false;
+  MapPoint none;
+  MapPoint& wrong = point ? *point : none;
+  wrong.line = "left bound";
+  if (!build_bound(left, left_x_m, left_y_m, left_count, closed, error, &wrong)) return false;
+  wrong.line = "right bound";
+  if (!build_bound(right, right_x_m, right_y_m, right_count, closed, error, &wrong)) return false;
+  wrong.line = "";
 
   const bool from_left = left.segment_count() >= right.segment_count();
   const CircuitMap &fine = from_left ? left : right, &other = from_left ? right : left;
@@ -42,8 +47,10 @@ bool CircuitMap::build_from_bounds(const double* left_x_m, const double* left_y_
   bool any = false;
   for (std::size_t i = 0; i < fine.x_.size(); ++i) {
     const MapProjection p = other.project(fine.x_[i], fine.y_[i], any ? previous.segment : -1);
-    if (from_left ? p.d_m < 0.0 : p.d_m > 0.0)
+    if (from_left ? p.d_m < 0.0 : p.d_m > 0.0) {
+      wrong = {int32_t(i), from_left ? "left bound" : "right bound"};
       return fail("a track map's left bound must lie left of its right bound in driving direction");
+    }
     const MapPose foot = other.at(p.s_m);
     if (!p.inside) {  // one bound is longer: the track ends where the shorter one ends
       double s, c;

@@ -199,18 +199,20 @@ ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params
     return OVT_BAD_VERSION;
   }
   const char* wrong = nullptr;
+  MapPoint point;
   bool good = false;
   if ((m.x_m || m.y_m || m.width_left_m || m.width_right_m) && (m.left_x_m || m.right_x_m))
     return bad("map: it has a centre line (x_m to width_right_m) and bounds (left_x_m, right_x_m)");
   if (m.left_x_m || m.right_x_m) {
     if (!m.left_x_m || !m.left_y_m || !m.right_x_m || !m.right_y_m) return bad("map: a column of a bound is null");
     good = map_.build_from_bounds(m.left_x_m, m.left_y_m, m.left_count, m.right_x_m, m.right_y_m, m.right_count,
-                                  m.closed != 0, &wrong);
+                                  m.closed != 0, &wrong, &point);
   } else {
     if (!m.x_m || !m.y_m || !m.width_left_m || !m.width_right_m) return bad("map: a column is null");
-    good = map_.build(m.x_m, m.y_m, m.width_left_m, m.width_right_m, m.banking_rad, m.count, m.closed != 0, &wrong);
+    good = map_.build(m.x_m, m.y_m, m.width_left_m, m.width_right_m, m.banking_rad, m.count, m.closed != 0, &wrong,
+                      &point);
   }
-  if (!good) return bad(std::string("map: ") + wrong);
+  if (!good) return bad("map: " + describe_fault(wrong, point));
   context_.map = &map_;
   return OVT_OK;
 }

@@ -9,7 +9,8 @@
 //   detect     members, merged, cluster_of_label, smoke_limit, walls, kept, places, detections, views   (after all
 //              segments)
 //   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
-//              refiltered, lost_rows, values_ignored, ego_heading, views.ego_offset_rad (and adds to views.var_x ..)
+//              refiltered, lost_rows, values_ignored, ego_heading, views.ego_offset_rad (and adds to views.var_x ..
+//              and to detections.heading_rad of psi_REF)
 //
 // Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once

@@ -4,8 +4,8 @@
 // The flags that follow from a finished frame's points, tables and latency. The intake and the stages set the other
 // flags: clocks, silent sensors, the ego pose, the map, exceptions.
 //
-//   OVT_FLAG_CLOUD_DEGRADED    more than half of a sensor's points are unusable (reasons before kDust), or all; or more
-//                              than 3 of 4 lose their pixel to another range: a beam has three returns at most
+//   OVT_FLAG_CLOUD_DEGRADED    more than half of a sensor's points are unusable (reasons before kDust), or it has none;
+//                              or more than 3 of 4 lose their pixel to another range: a beam has at most three returns
 //   OVT_FLAG_NO_GROUND         of many usable points, but for objects right beside the sensor, hardly one is ground;
 //                              of methods with the running ground, whose height image tells the road
 //   OVT_FLAG_NO_DATA           a frame of scans without a usable point

@@ -155,8 +155,7 @@ class Joiner {
     const CarLimits across = {limits.width_m, limits.length_m, limits.height_m};
     const CarLimits* most = group.box.width() > limits.width_m ? &across : &limits;
     list_near(seed, group, *most);
-    const bool shows_angle = max_of(group.box.length(), group.box.width()) > limits.width_m;
-    if (shows_angle && exceeds_with_any(group, *most) && turn_group(seed, group)) most = &limits;
+    if (may_turn(group.box) && exceeds_with_any(group, *most) && turn_group(seed, group)) most = &limits;
     for (;;) {
       const int32_t near = find_nearest(seed, group, *most);
       if (near < 0) return group.rows - 1;
@@ -168,6 +167,9 @@ class Joiner {
       ++group.rows;
     }
   }
+
+  // Whether a seed is longer than a car is wide, so that it shows how the car stands.
+  bool may_turn(const OrientedBox& seed) const { return max_of(seed.length(), seed.width()) > params_.limits.width_m; }
 
   // Whether a listed row near the group's only one is within its reach, and both exceed the limits.
   bool exceeds_with_any(const Group& group, const CarLimits& most) const {
@@ -212,8 +214,7 @@ class Joiner {
     const OrientedBox& own = group.box;
     const float c = group.cos, s = group.sin;
     const float diagonal_m = std::sqrt(most.length_m * most.length_m + most.width_m * most.width_m);
-    const bool may_turn = max_of(own.length(), own.width()) > params_.limits.width_m;
-    const CarLimits reach = may_turn ? CarLimits{diagonal_m, diagonal_m, most.height_m} : most;
+    const CarLimits reach = may_turn(own) ? CarLimits{diagonal_m, diagonal_m, most.height_m} : most;
     const float middle_1 = 0.5f * (own.low_1 + own.high_1), middle_2 = 0.5f * (own.low_2 + own.high_2);
     const int32_t cell_x = cell_of(middle_1 * c - middle_2 * s), cell_y = cell_of(middle_1 * s + middle_2 * c);
     for (int32_t n = 0; n < 9; ++n) {

@@ -290,7 +290,9 @@ ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector
     *out = reinterpret_cast<ovt_detector*>(Detector::create(whole, built, sentence).release());
     return built;
   });
-  say(status == OVT_OK ? "" : sentence.empty() ? ovt_status_text(status) : sentence.c_str());
+  const char* const text = sentence.empty() ? ovt_status_text(status) : sentence.c_str();
+  say(status == OVT_OK ? "" : text);
+  if (status != OVT_OK && whole.log) guard(nullptr, [&] { return whole.log(OVT_LOG_ERROR, text, whole.user), OVT_OK; });
   return status;
 }
 

@@ -299,10 +299,10 @@ typedef struct ovt_reader ovt_reader;
 typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 /* Logs one sentence per call, on the thread where the event happens: several threads may call it at the same time. It
- * calls no function of the detector. Logs create-time information (ISA, workers, refused requests), and later each
- * exception of a stage or of on_frame, the first refused call (and of each sensor the first one of two producers), the
- * first push with a bad argument, and that frames hang. Events of scans, points and tracks are counters (ovt_stats) and
- * flags, never log lines. */
+ * calls no function of the detector. Logs create-time information (ISA, workers, refused requests, or why no detector
+ * was created), and later each exception of a stage or of on_frame, the first refused call (and of each sensor the
+ * first one of two producers), the first push with a bad argument, and that frames hang. Events of scans, points and
+ * tracks are counters (ovt_stats) and flags, never log lines. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished the frame: with
  * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library, or the
@@ -683,8 +683,9 @@ enum {                               /* ovt_frame_info.flags */
                                         the sensor, or the ego poses' pitch or roll, the mounting or the map is wrong:
                                         then its cars are lost among the road's points. This is not "all clear" */
   OVT_FLAG_EGO_JUMP = 1048576        /* preset best, with ego poses in the map: the ego pose is 0.5 to 5 m from where
-                                        the last one and its speed lead, and from where the places before lead. The
-                                        tracks of scans have moved with it */
+                                        the places before lead (0.65 m at 10 Hz, 2 m at 5 Hz), and the pushed speed,
+                                        yaw rate and heading do not lead there either. The tracks that no pushed row was
+                                        a hit of have moved with it */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */
@@ -770,7 +771,7 @@ typedef struct ovt_detections {
   const float *x_m, *y_m, *z_m;      /* centre of the imposed rectangle; best: of the car, by the side that is seen.
                                         z of the centroid */
   const float* heading_rad;          /* best: psi_VAR without its error and towards the car's front, where the points
-                                        show both of its ends */
+                                        show both of its ends; psi_REF of the map less ego_offset_rad */
   const int32_t* heading_source;     /* 0 map or ego heading (psi_REF), 1 points (psi_VAR) */
   const float *length_m, *width_m;   /* extent of the points along and across the heading */
   const int32_t* point_count;
@@ -804,7 +805,9 @@ typedef enum ovt_track_state { OVT_TENTATIVE = 0, OVT_CONFIRMED = 1 } ovt_track_
 
 typedef enum ovt_track_flag {        /* ovt_tracks.flags: a track's health */
   OVT_TRACK_COASTING = 1,            /* this frame has no measurement of the track: predicted */
-  OVT_TRACK_UNOBSERVED = 2,          /* no sensor of this frame could see the track's position: not counted as a miss */
+  OVT_TRACK_UNOBSERVED = 2,          /* this frame tells nothing of the track's position, so it is not a miss: no sensor
+                                        with a usable point looks there, or (best) the frame is of pushed rows, none of
+                                        which was one of the track's hits */
   OVT_TRACK_STALE = 4                /* the last measurement is more than 0.5 s before publish_ns */
 } ovt_track_flag;
 
@@ -845,8 +848,8 @@ typedef struct ovt_tracks {
                                         pushed rows. A car that was lost, also by a prediction over a long time, keeps
                                         its track and its id, OVT_TENTATIVE, with at most 0.5 when it is lost */
   const int32_t* object_class;       /* ovt_object_class of most of its detections; pushed rows have none */
-  const int32_t* visibility;         /* ovt_visibility in the newest frame of scans or pushed rows; `flags` are of this
-                                        frame, which may be older or a prediction */
+  const int32_t* visibility;         /* ovt_visibility in the newest frame of scans, or of pushed rows that tell of the
+                                        track; `flags` are of this frame, which may be older or a prediction */
   const double* unseen_s;            /* from measured_ns to publish_ns, s; not below 0 */
   const double* heading_sigma_rad;   /* standard deviation of heading_rad, at most pi */
   /* as path_x_m: standard deviations along and across path_course_rad of a car that goes on as it drives, m. Most do:

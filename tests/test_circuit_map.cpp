@@ -33,8 +33,8 @@ struct Line {
     banking.push_back(b);
   }
   int32_t count() const { return int32_t(x.size()); }
-  bool build(CircuitMap& map, bool closed, const char** error = nullptr) const {
-    return map.build(x.data(), y.data(), left.data(), right.data(), banking.data(), count(), closed, error);
+  bool build(CircuitMap& map, bool closed, const char** error = nullptr, MapPoint* point = nullptr) const {
+    return map.build(x.data(), y.data(), left.data(), right.data(), banking.data(), count(), closed, error, point);
   }
 };
 
@@ -332,10 +332,12 @@ TEST_CASE("circuit map: a bad map is refused with a sentence and keeps the old o
   CircuitMap map;
   const Line good = make_circle(50.0, 20);
   REQUIRE(good.build(map, true));
-  const auto refuse = [&](const Line& line, bool closed, const char* sentence) {
+  const auto refuse = [&](const Line& line, bool closed, const char* sentence, int32_t index = -1) {
     const char* error = "";
-    CHECK_FALSE(line.build(map, closed, &error));
+    MapPoint point;
+    CHECK_FALSE(line.build(map, closed, &error, &point));
     CHECK(std::string(error) == sentence);
+    CHECK(point.index == index);
     CHECK_FALSE(line.build(map, closed, nullptr));
     CHECK(map.segment_count() == 20);
     CHECK(map.closed());
@@ -351,27 +353,31 @@ TEST_CASE("circuit map: a bad map is refused with a sentence and keeps the old o
     for (const double value : {kNan, kInfinity}) {
       bad = good;
       (bad.*column)[7] = value;
-      refuse(bad, true, "a track map's value is not a finite number");
+      refuse(bad, true, "a track map's value is not a finite number", 7);
     }
   bad = good;
   bad.y[19] = -1.1e8;
-  refuse(bad, true, "a track map's point lies more than 1e8 m from the origin");
+  refuse(bad, true, "a track map's point lies more than 1e8 m from the origin", 19);
   bad = good;
   bad.x[4] = bad.x[3];
   bad.y[4] = bad.y[3];
-  refuse(bad, true, "two neighbouring points of a track map are the same");
+  refuse(bad, true, "two neighbouring points of a track map are the same", 4);
   for (std::vector<double> Line::*column : {&Line::left, &Line::right}) {
     bad = good;
     (bad.*column)[0] = -0.1;
-    refuse(bad, true, "a track map's width is negative");
+    refuse(bad, true, "a track map's width is negative", 0);
     (bad.*column)[0] = 4.1e8;
-    refuse(bad, true, "a track map's width is over 4e8 m");
+    refuse(bad, true, "a track map's width is over 4e8 m", 0);
   }
   for (const double degrees : {8.5, -8.5}) {
     bad = good;
     bad.banking[11] = degrees;
-    refuse(bad, true, "a track map's banking_rad is beyond 1 rad (degrees?)");
+    refuse(bad, true, "a track map's banking_rad is beyond 1 rad (degrees?)", 11);
   }
+  CHECK(describe_fault("it is wrong", {}) == "it is wrong");
+  CHECK(describe_fault("it is wrong", {7, ""}) == "it is wrong (point 7, from 0)");
+  CHECK(describe_fault("it is wrong", {7, "left bound"}) == "it is wrong (left bound, point 7, from 0)");
+  CHECK(describe_fault("it is short", {-1, "right bound"}) == "it is short (right bound)");
   bad = good;
   bad.left.assign(20, 0.4);
   bad.right.assign(20, 0.5);
@@ -449,6 +455,16 @@ TEST_CASE("circuit map: two concentric bounds with different point counts give t
   CHECK(map.project(100, 0).heading_rad == doctest::Approx(-kHalfPi).epsilon(1e-3));
   CHECK(std::fabs(map.project(100, 0).d_m) < 0.05);
 
+  MapPoint point;
+  Line gap = inner;
+  gap.x[9] = kNan;
+  for (const bool is_left : {false, true}) {
+    const Line &l = is_left ? gap : inner, &r = is_left ? outer : gap;
+    CHECK_FALSE(map.build_from_bounds(l.x.data(), l.y.data(), l.count(), r.x.data(), r.y.data(), r.count(), true,
+                                      &error, &point));
+    CHECK(point.index == 9);
+    CHECK(std::string(point.line) == (is_left ? "left bound" : "right bound"));
+  }
   CHECK_FALSE(build(outer, inner));
   CHECK(std::string(error) == "a track map's left bound must lie left of its right bound in driving direction");
   Line reversed = inner;

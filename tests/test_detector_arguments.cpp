@@ -260,6 +260,28 @@ TEST_CASE("detector: the log contains the choices of create, missing inputs, and
   }
 }
 
+TEST_CASE("detector: a create that fails tells the log why, with the point of a map that is wrong") {
+  for (const bool log_throws : {false, true}) {
+    std::vector<std::string> lines;
+    Small small(1, 1);
+    const double x[] = {0, 50, 50, 0}, y[] = {0, 0, 50, 50}, left[] = {5, 5, -5, 5}, right[] = {5, 5, 5, 5};
+    ovt_map_def map = ovt_default_map_def();
+    map.x_m = x, map.y_m = y, map.width_left_m = left, map.width_right_m = right, map.count = 4, map.closed = 1;
+    small.def.map = &map;
+    small.def.user = &lines;
+    small.def.log = [](ovt_log_level level, const char* text, void* user) {
+      static_cast<std::vector<std::string>*>(user)->push_back(std::to_string(level) + " " + text);
+    };
+    if (log_throws) small.def.log = [](ovt_log_level, const char*, void*) { throw std::runtime_error("from the log"); };
+    ovt_detector* detector = nullptr;
+    char error[200] = "";
+    CHECK(ovt_create_detector_verbose(&small.def, &detector, error, sizeof error) == OVT_BAD_ARGUMENT);
+    CHECK(detector == nullptr);
+    CHECK(std::string(error) == "map: a track map's width is negative (point 2, from 0)");
+    if (!log_throws) CHECK(lines == std::vector<std::string>{std::string("0 ") + error});
+  }
+}
+
 TEST_CASE("detector: many creates and destroys, with any refused block, free all memory") {
   struct Heap {
     int64_t bytes = 0;

@@ -418,6 +418,21 @@ TEST_CASE("height_profile: one wrong pose, or a step in height alone, leaves the
   }
 }
 
+TEST_CASE("height_profile: a first step that is wrong does not make jumps of all that follow") {
+  const CircleRoad road({.radius_m = 400.0, .height = [](double turn) { return 2.0 * std::sin(turn); }});
+  for (const double first_m : {-1.0, 1.0}) {
+    CAPTURE(first_m);
+    Drive drive(road);
+    drive.shift_m = first_m;
+    drive.go(0.6, 70.0);
+    drive.shift_m = 0.0;
+    drive.go(150.0, 70.0);
+    const RoadData data = drive.describe();
+    CHECK(count_known(data, kHere - 20, kHere) >= 20);
+    check_stations(data, road, 0.06, 0, kHere + 2);
+  }
+}
+
 TEST_CASE("height_profile: nor do jumps depend on poses and scans that arrived by chance") {
   const CircleRoad road({.radius_m = 60.0, .with_banking = true, .slope = [](double) { return 0.2; }});
   std::vector<EgoPose> poses;

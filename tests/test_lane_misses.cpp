@@ -103,3 +103,53 @@ TEST_CASE("lane misses: rows that tell their places badly are those of one car, 
       CHECK(bench.confirmed() == 1);
     }
 }
+
+TEST_CASE("lane misses: pushes that tell nothing of a car make a miss no smaller") {
+  const auto score = [](bool has_pushes) {
+    LaneBench bench;
+    int32_t k = 0;
+    for (; k < 20; ++k) bench.step(k, {seen_car(0, 0, k)});
+    for (; k < 24; ++k) {
+      for (int32_t i = 1; has_pushes && i < 5; ++i) {
+        bench.input.of_rows = true;
+        bench.input.stamp_ns = ns_of(k) - i * 10'000'000;
+        bench.input.measurements = {};
+        bench.tracker->step(bench.input, nullptr);
+      }
+      bench.input.of_rows = false;
+      bench.step(k, {});
+    }
+    return bench.state().score;
+  };
+  CHECK(score(true) == doctest::Approx(score(false)).epsilon(0.01));
+}
+
+TEST_CASE("lane misses: of two tracks of one car that are joined, the rows of both count") {
+  const LanePolicy policy(LaneBench::of_best(), nullptr, default_allocator());
+  for (const bool is_elder : {false, true})
+    for (const bool is_newer : {false, true}) {
+      LaneTrack elder, younger;
+      (is_elder ? elder : younger).had_row = 1;
+      policy.join(elder, younger, is_newer);
+      CHECK(elder.had_row == 1);
+    }
+}
+
+TEST_CASE("lane misses: a late frame before a jump of the ego pose leads to the tracks of sorted arrival") {
+  const auto state = [](bool is_late) {
+    LaneBench bench;
+    const auto step = [&](int32_t k) {
+      bench.ego_at(50 * kFrame_s * k - 30 + (k < 20 ? 0.0 : 2.0));
+      bench.step(k, {seen_car(50 * kFrame_s * k + (k < 20 ? 0.0 : 2.0), 0, k)});
+    };
+    for (int32_t k = 0; k < 25; ++k)
+      if (!is_late || k != 17) step(k);
+    if (is_late) step(17);
+    CHECK(bench.tracker->counts().late_frames == 0);
+    return bench.state();
+  };
+  const LaneTrack late = state(true), sorted = state(false);
+  CHECK(late.estimate.mean.x_m == sorted.estimate.mean.x_m);
+  CHECK(late.estimate.covariance[0][0] == sorted.estimate.covariance[0][0]);
+  CHECK(late.score == sorted.score);
+}

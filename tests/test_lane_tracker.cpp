@@ -461,8 +461,6 @@ TEST_CASE("lane tracker: where the ego pose jumps, the tracks of its sensors mov
         bench.input.ego.y_m = wrong_m;
         Measurement z = seen_car(50 * kFrame_s * k, 0, k);
         if (of_rows) z.points = 0;
-        bench.input.measurements = {};
-        bench.ids.clear();
         bench.step(k, k < 20 ? std::vector{z} : std::vector<Measurement>{});
       }
       CHECK(bench.rows.x_m[0] == doctest::Approx(50 * kFrame_s * 20 + (of_rows ? 0.0 : jump_m)).epsilon(0.002));

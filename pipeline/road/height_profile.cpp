@@ -15,9 +15,10 @@ constexpr double kOffRoad_m = 1.0;       // a pose this far outside of the circu
 constexpr double kLongestStep_m = 40.0;  // between two poses; a longer one is a jump
 constexpr double kLargestClimb = 0.5;    // of the height between two poses: a larger one is a jump
 constexpr int64_t kLongestStepNs = 1'000'000'000;
-// A step that differs by this, on the level or upwards, from going on with the velocity of the step before is one of
+// A step that differs by this, on the level or in height, from going on with the velocity of the step before is one of
 // the localisation: a car accelerates by 50 m/s^2 at most, and good poses have a noise of some centimetres.
 constexpr double kJump_m = 0.4, kRise_m = 0.25, kMostAcceleration = 50.0;
+constexpr int32_t kMostInARow = 3;       // jumps; then the velocity is wrong, not the places
 constexpr double kFarthestJump_m = 5.0;  // after a longer one the vehicle is at another place: its height tells nothing
 constexpr int32_t kPasses = 4;           // the mean over passes forgets older ones
 constexpr int64_t kThisLapNs = 20'000'000'000;
@@ -123,8 +124,11 @@ bool HeightProfile::is_jump(const EgoPose& pose) noexcept {
     const double error_z = std::fabs(z_m - velocity_z_ * seconds), change_m = kMostAcceleration * seconds * seconds;
     const double most_m = kJump_m + change_m, error_m2 = error_x * error_x + error_y * error_y;
     is_far = !(error_m2 + error_z * error_z <= kFarthestJump_m * kFarthestJump_m);
-    if (!is_far && (error_m2 > most_m * most_m || error_z > kRise_m + change_m)) return true;
+    const bool jumps = !is_far && (error_m2 > most_m * most_m || error_z > kRise_m + change_m);
+    jumps_in_a_row_ = jumps ? jumps_in_a_row_ + 1 : 0;
+    if (jumps && jumps_in_a_row_ <= kMostInARow) return true;
   }
+  jumps_in_a_row_ = 0;
   has_velocity_ = usable && !is_far;
   if (has_velocity_) velocity_x_ = x_m / seconds, velocity_y_ = y_m / seconds, velocity_z_ = z_m / seconds;
   return false;

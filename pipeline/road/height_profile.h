@@ -92,6 +92,7 @@ class HeightProfile {
   // The last pose and, if known, the velocity over the step to it, from which a jump is seen.
   EgoPose last_pose_;
   bool has_velocity_ = false;
+  int32_t jumps_in_a_row_ = 0;
   double velocity_x_ = 0, velocity_y_ = 0, velocity_z_ = 0;
   static constexpr int32_t kJumps = 8;
   Jump jumps_[kJumps] = {};  // the last ones

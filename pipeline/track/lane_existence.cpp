@@ -112,7 +112,7 @@ void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration
       }
     }
     p_detect_[slot] = std::max(p, kLeastDetect);
-    const double since_s = seconds_between(tracks.head[slot].state_ns, it.stamp_ns);
+    const double since_s = seconds_between(tracks.state[slot].counted_ns, it.stamp_ns);
     miss_score_[slot] = log_f64(1.0 - p_detect_[slot]) * std::clamp(since_s / kOwnMiss_s, 0.0, 1.0);
   }
 }

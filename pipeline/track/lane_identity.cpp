@@ -209,6 +209,7 @@ bool LanePolicy::join(State& s, const State& younger, bool younger_is_newer) con
     s.score = std::max(elder.score, younger.score);
   }
   if (younger_is_newer) s.visibility = younger.visibility;
+  s.had_row = elder.had_row || younger.had_row;
   s.class_votes = limit_votes(elder.class_votes + younger.class_votes);
   if (is_confirmed(younger) && !is_confirmed(elder)) s.score = std::max(elder.score, younger.score);
   s.stage = is_confirmed(younger) ? LaneStage::kConfirmed : elder.stage;

@@ -18,8 +18,9 @@ constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostP
 // Of path_steady_along_m and path_steady_across_m, the deviations of a car that goes on as it drives: what counts of
 // the variances of its estimate, of path_speed and of path_across, and how much more with the square of the lag.
 constexpr double kSteadyAlong = 0.012, kSteadyAlongLag = 1.1, kSteadyAcross = 0.055, kSteadyAcrossLag = 1.0;
-constexpr double kHeadingKnown_rad2 = 0.25;
 constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag = 0.4;
+
+constexpr double kHeadingKnown_rad2 = 0.25;  // variance of a heading that is more than a guess
 
 // Where a heading was measured, told by the lane or by a way that the car drove, the errors of the places of a car that
 // stands turn its course round and back.

@@ -58,8 +58,9 @@ constexpr double kLeastBirth_mps = 20.0;                   // on a map cars driv
 constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car of this speed is so many deviations off
 constexpr double kFaintGate_d2 = 9.0;
 constexpr double kJumpSigma_m = 0.3;  // of a jump of the ego pose
-constexpr double kRowSigmas = 3.0;    // a pushed row may be so many deviations off its track
-constexpr double kAloneCost = 18.0;   // of a track that stays without a detection
+constexpr double kMostReach_m = 100.0;
+constexpr double kRowSigmas = 3.0;   // a pushed row may be so many deviations off its track
+constexpr double kAloneCost = 18.0;  // of a track that stays without a detection
 
 // Heading.
 constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.15, kHeadingRate_rps = 2.0;
@@ -262,7 +263,8 @@ void LanePolicy::turn_heading(State& s, double dt_s, bool forward_in_time) const
 }
 
 // The ego vehicle's own sensors saw the car, so it has the same place relative to the ego vehicle as before the jump,
-// which is known as well as the places before lead. A row in the map does not jump.
+// which is known as well as the places before lead. A row in the map does not jump, and one in the vehicle frame is
+// taken for such a row.
 void LanePolicy::move_with_ego(State& s, double x_m, double y_m) const noexcept {
   if (s.had_row) return;
   s.estimate.mean.x_m += x_m;
@@ -364,6 +366,7 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
   rows_reach_m_ = 0.0;
   for (int32_t i = 0; are_rows_ && i < it.count; ++i)
     rows_reach_m_ = std::max(rows_reach_m_, kRowSigmas * std::sqrt(it.measurement[i].var_x + it.measurement[i].var_y));
+  rows_reach_m_ = std::min(rows_reach_m_, kMostReach_m);
   find_places(tracks, it);
   look_from_ego(tracks);
   find_detectable(tracks, it);

@@ -55,7 +55,7 @@ struct LaneTrack {
 };
 
 inline constexpr double kDrives_mps = 5.0;  // a slower car follows no lane
-// The errors of the places of a car that stands turn the course of its estimate round and back.
+// Whether the car moves, and not only by the errors of its places, which turn the course of one that stands round.
 inline bool moves_for_sure(const LaneTrack& s) noexcept {
   constexpr double kRests_mps = 1.0, kRestVariances = 4.0;
   const double speed_mps = s.estimate.mean.speed_mps;

@@ -113,8 +113,9 @@ class ReplayTracker final : public FrameTracker {
       const int64_t state_ns = tracks.stamp_ns[i];
       tracks.stamp_ns[i] = limit_stamp(state_ns, publish_ns, kMaxPredict_s);
       tracks_.policy().predict(state, seconds_between(state_ns, tracks.stamp_ns[i]));
-      // The state is a published one; what depends on its time is decided anew.
-      if constexpr (WritesOptional<Policy>) state = tracks_.policy().publishable(state, tracks_.in_map());
+      // The state is a published one; what depends on its time is decided anew. Any thread may be here, so the frame of
+      // reference of the newest iteration is not asked: these policies have no use for it.
+      if constexpr (WritesOptional<Policy>) state = tracks_.policy().publishable(state, true);
       tracks_.policy().write(state, tracks, i);
       tracks.flags[i] = (tracks.flags[i] & ~kTrackStale) | stale_flag(tracks.measured_ns[i], publish_ns);
       if constexpr (WritesOptional<Policy>) {

@@ -39,7 +39,8 @@ class TrackStage {
   TrackStage(const StageContext& context, const TrackerParams& params,
              const Allocator& allocator = default_allocator());
   //   reads  detections or external, ego, walls   writes  measurements, views.ego_offset_rad, tracks, track_states,
-  //   reference, ego_known, ego_state, ego_heading, tracks_ns, refiltered, lost_rows, values_ignored, flags
+  //   detections.heading_rad of psi_REF, reference, ego_known, ego_state, ego_heading, tracks_ns, refiltered,
+  //   lost_rows, values_ignored, flags
   void run(Frame& frame) noexcept;
   FrameTracker& tracker() noexcept { return *tracker_; }
 

@@ -54,7 +54,7 @@ void print_notes(const CountSink& counts, const Session& session) {
                 {OVT_FLAG_NO_DATA, "no scan of a frame has a usable point: this is not 'all clear'"},
                 {OVT_FLAG_SENSOR_MISSING, "a sensor is missing"},
                 {OVT_FLAG_EGO_STALE, "no recent ego pose"},
-                {OVT_FLAG_CLOUD_DEGRADED, "a scan has more bad points than good ones"},
+                {OVT_FLAG_CLOUD_DEGRADED, "most points of a scan are bad, or in each other's pixels"},
                 {OVT_FLAG_CLOCK_JUMP, "the stamps jump"},
                 {OVT_FLAG_CLOCK_SUSPECT, "stamps of a sensor, of detections or of ego poses do not fit the others'"},
                 {OVT_FLAG_SCAN_INCOMPLETE, "a scan lacks points"},

@@ -154,11 +154,12 @@ class Node {
         {OVT_FLAG_CLOCK_JUMP, "jump", Level::kWarning, "the stamps of the sensors jumped: the tracker started again"},
         {OVT_FLAG_EGO_STALE, "stale ego", Level::kWarning, "the ego pose is older than 100 ms"},
         {OVT_FLAG_NO_DATA, "no data", Level::kError, "no scan of a frame has a usable point: this is not 'all clear'"},
-        {OVT_FLAG_CLOUD_DEGRADED, "degraded", Level::kWarning, "a scan has more bad points than good ones"},
+        {OVT_FLAG_CLOUD_DEGRADED, "degraded", Level::kWarning,
+         "most points of a scan are bad, or in each other's pixels"},
         {OVT_FLAG_NO_GROUND, "no ground", Level::kError,
-         "a scan shows hardly any ground: something covers a sensor, or the pitch or roll of the ego poses, a mounting "
-         "or "
-         "the map is wrong"},
+         "a scan shows hardly any ground: something covers a sensor, or the poses' pitch or roll, a mounting or the "
+         "map "
+         "is wrong"},
         {OVT_FLAG_EGO_JUMP, "ego jump", Level::kWarning, "the ego poses jump"},
         {OVT_FLAG_EGO_OFF_MAP, "off map", Level::kError, "the ego vehicle is outside of the map: the map is not used"},
         {OVT_FLAG_SENSOR_MISSING, "missing", Level::kWarning, "frames lack a sensor"},

@@ -14,7 +14,8 @@ export const kFlags: [number, string][] = [
   [64, "no data"], [128, "overflow"], [256, "clock jump"], [512, "deadline missed"], [1024, "external"],
       [2048, "out of sequence"],
   [4096, "prediction"], [8192, "exception"], [16384, "ego off map"], [32768, "work limit"], [65536, "clock suspect"],
-  [131072, "ego heading unknown"], [262144, "scan incomplete"]];
+  [131072, "ego heading unknown"], [262144, "scan incomplete"],
+  [524288, "no ground"], [1048576, "ego pose jumped"]];
 export const flagNames = (flags: number): string[] =>
     kFlags.filter(([bit]) => Math.floor(flags / bit) % 2 === 1).map(([, name]) => name);
 
