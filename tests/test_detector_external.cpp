@@ -144,61 +144,57 @@ TEST_CASE("detector: values of pushed rows that no car can have count as not mea
   CHECK(small.stats().measurements_rejected == 0);
 }
 
+namespace {
+
+struct Axes {
+  double course_rad = 0, heading_rad = 0;
+};
+
+// Of the one track of a car that drives along x, after `rows` rows of it; heading: of each row, null none.
+Axes track_rows(const char* method, int32_t rows, double speed_mps, const double* heading) {
+  ovt_params params;
+  REQUIRE(ovt_params_init(&params, sizeof params, method) == OVT_OK);
+  Small small(0);
+  small.def.params = &params;
+  small.create();
+  ovt_reader* reader = nullptr;
+  REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+  const double y = 0, var = 0.04;
+  ovt_tracks t;
+  for (int32_t k = 0; k < rows; ++k) {
+    const double x = 30 + speed_mps * 0.05 * k;
+    ovt_external_detections d;
+    ovt_external_detections_init(&d, sizeof d);
+    d.stamp_ns = k * 50 * kMs, d.count = 1, d.reference = OVT_REFERENCE_MAP;
+    d.x_m = &x, d.y_m = &y, d.var_x = d.var_y = &var, d.heading_rad = heading;
+    REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
+    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+  }
+  REQUIRE(t.count == 1);
+  const Axes axes = {t.course_rad[0], t.heading_rad[0]};
+  ovt_destroy_reader(reader);
+  return axes;
+}
+
+}  // namespace
+
 TEST_CASE("detector: with every method the track of a car that slides has the heading of its pushed rows") {
+  const double heading = 0.4;
   for (const char* method : {"paper", "best"})
     for (const bool given : {true, false}) {
       CAPTURE(method);
       CAPTURE(given);
-      ovt_params params;
-      REQUIRE(ovt_params_init(&params, sizeof params, method) == OVT_OK);
-      Small small(0);
-      small.def.params = &params;
-      small.create();
-      ovt_reader* reader = nullptr;
-      REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-      const double heading = 0.4, y = 0, var = 0.04;
-      ovt_tracks t;
-      for (int32_t k = 0; k < 40; ++k) {
-        const double x = 1.5 * k;  // its course is along x
-        ovt_external_detections d;
-        ovt_external_detections_init(&d, sizeof d);
-        d.stamp_ns = k * 50 * kMs, d.count = 1, d.reference = OVT_REFERENCE_MAP;
-        d.x_m = &x, d.y_m = &y, d.var_x = d.var_y = &var, d.heading_rad = given ? &heading : nullptr;
-        REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
-        REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-        REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
-      }
-      REQUIRE(t.count == 1);
-      CHECK(std::fabs(t.course_rad[0]) < 0.05);
-      CHECK(t.heading_rad[0] == doctest::Approx(given ? heading : t.course_rad[0]).epsilon(0.05));
-      ovt_destroy_reader(reader);
+      const Axes axes = track_rows(method, 40, 30, given ? &heading : nullptr);
+      CHECK(std::fabs(axes.course_rad) < 0.05);
+      CHECK(axes.heading_rad == doctest::Approx(given ? heading : axes.course_rad).epsilon(0.05));
     }
 }
 
 TEST_CASE("detector: a car that stands has the heading of its pushed rows, whichever way it points") {
   for (const double heading : {0.0, 2.5, -3.0}) {
     CAPTURE(heading);
-    ovt_params params;
-    REQUIRE(ovt_params_init(&params, sizeof params, "best") == OVT_OK);
-    Small small(0);
-    small.def.params = &params;
-    small.create();
-    ovt_reader* reader = nullptr;
-    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-    const double x = 30, y = 0, var = 0.04;
-    ovt_tracks t;
-    for (int32_t k = 0; k < 10; ++k) {
-      ovt_external_detections d;
-      ovt_external_detections_init(&d, sizeof d);
-      d.stamp_ns = k * 50 * kMs, d.count = 1, d.reference = OVT_REFERENCE_MAP;
-      d.x_m = &x, d.y_m = &y, d.var_x = d.var_y = &var, d.heading_rad = &heading;
-      REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
-      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-      REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
-    }
-    REQUIRE(t.count == 1);
-    CHECK(t.heading_rad[0] == doctest::Approx(heading).epsilon(0.05));
-    ovt_destroy_reader(reader);
+    CHECK(track_rows("best", 10, 0, &heading).heading_rad == doctest::Approx(heading).epsilon(0.05));
   }
 }
 

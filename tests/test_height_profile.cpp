@@ -7,106 +7,15 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <functional>
 #include <vector>
 
 #include "core/math.h"
-#include "tests/support/circle_road.h"
+#include "tests/support/height_drive.h"
 
 namespace overtake {
 namespace {
 
-using test::CircleRoad;
-
-constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kStart_ns = 1'700'000'000'000'000'000;  // a current stamp
-constexpr int32_t kHere = RoadData::kStations / 2;
-
-// A vehicle on the road: pushes its poses, and describes the road around it.
-struct Drive {
-  explicit Drive(const CircleRoad& on, int32_t capacity = 4096) : road(&on), buffer(capacity) {
-    REQUIRE(profile.build(&on.map, default_allocator()));
-  }
-  // Drives on to the place `to_s_m`, which may lie beyond a full turn.
-  void go(double to_s_m, double speed_mps, int64_t period_ns = 10 * kMs) {
-    while (s_m < to_s_m) {
-      push(speed_mps);
-      stamp_ns += period_ns;
-      s_m += speed_mps * double(period_ns) * 1e-9;
-      if (learns) describe(stamp_ns - period_ns);
-    }
-  }
-  void wait(int64_t duration_ns, int64_t period_ns = 10 * kMs) {
-    for (const int64_t end_ns = stamp_ns + duration_ns; stamp_ns < end_ns; stamp_ns += period_ns) push(0.0);
-  }
-  void push(double speed_mps) {
-    EgoPose pose = road->pose_at(s_m, d_m);
-    pose.stamp_ns = stamp_ns;
-    const EgoPose beside = road->pose_at(s_m, d_m + shift_m);
-    pose.x_m = beside.x_m, pose.y_m = beside.y_m;
-    pose.z_m += lift_m + lift_per_m * s_m;
-    pose.speed_mps = speed_mps;
-    REQUIRE(buffer.push(pose) == OVT_OK);
-  }
-  RoadData describe(int64_t at_ns) {
-    RoadData data;
-    profile.describe(buffer, buffer.range(), at_ns, data);
-    return data;
-  }
-  RoadData describe() { return describe(stamp_ns - 10 * kMs); }
-
-  const CircleRoad* road;
-  HeightProfile profile;
-  EgoBuffer buffer;
-  int64_t stamp_ns = kStart_ns;
-  double s_m = 0.0, d_m = 0.0, lift_m = 0.0, lift_per_m = 0.0;
-  double shift_m = 0.0;  // error of the pose, to the left
-  bool learns = true;
-};
-
-int32_t count_known(const RoadData& data, int32_t first = 0, int32_t last = RoadData::kStations - 1) {
-  int32_t count = 0;
-  for (int32_t k = first; k <= last; ++k) count += data.known[k];
-  return count;
-}
-
-double station_s(const RoadData& data, int32_t k) { return data.s_m + (k - kHere) * RoadData::kStation_m; }
-
-// Checks the known stations from `first` to `last` against the road.
-void check_stations(const RoadData& data, const CircleRoad& road, double tolerance_m, int32_t first = 0,
-                    int32_t last = RoadData::kStations - 1) {
-  for (int32_t k = first; k <= last; ++k) {
-    if (!data.known[k]) continue;
-    const double s = station_s(data, k);
-    CAPTURE(k);
-    CAPTURE(data.s_m);
-    const double ego_m = road.height(data.s_m) - data.d_m * road.slope(data.s_m);
-    CHECK(std::fabs(double(data.height_m[k]) - (road.height(s) - ego_m)) < tolerance_m);
-    CHECK(std::fabs(double(data.cross_slope[k]) - road.slope(s)) < 0.01);
-  }
-}
-
-bool same(const RoadData& a, const RoadData& b) {
-  const auto equal = [](const auto& x, const auto& y) { return std::memcmp(&x, &y, sizeof x) == 0; };
-  bool heights = equal(a.known, b.known);
-  for (int32_t k = 0; k < RoadData::kStations; ++k)
-    heights &= !a.known[k] || (equal(a.height_m[k], b.height_m[k]) && equal(a.cross_slope[k], b.cross_slope[k]));
-  return heights && a.has_pose == b.has_pose && a.map == b.map &&
-         std::memcmp(&a.ego.pose, &b.ego.pose, offsetof(EgoPose, has_attitude)) == 0 &&
-         a.ego.pose.has_attitude == b.ego.pose.has_attitude && a.faces_along == b.faces_along && equal(a.s_m, b.s_m) &&
-         equal(a.d_m, b.d_m) && equal(a.curvature_per_m, b.curvature_per_m);
-}
-
-// A hill of 2 m and a banking of 5 to 15 degrees, one of each in a lap of 2500 m.
-CircleRoad hilly_road(bool with_banking) {
-  return CircleRoad({.radius_m = 400.0,
-                     .with_banking = with_banking,
-                     .height = [](double turn) { return 2.0 * std::sin(turn); },
-                     .slope = [](double turn) { return 0.18 + 0.09 * std::cos(turn); }});
-}
-CircleRoad level_road(double radius_m = 400.0) { return CircleRoad({.radius_m = radius_m}); }
+using namespace test;
 
 TEST_CASE("height_profile: after a lap the heights and the cross slopes are those of the road, also across the start") {
   for (const bool with_banking : {true, false})
@@ -238,49 +147,6 @@ TEST_CASE("height_profile: a stretch is used from 0.2 s after the pose that left
   CHECK(std::fabs(early.height_m[kHere - 1]) < 0.02f);  // the straight line to the vehicle
 }
 
-// What each scan is told about the road. Scan i has the stamp of pose 5 * i; it is pushed when `later` more poses are
-// there, and described when `behind` further scans were.
-std::vector<RoadData> describe_all(const CircleRoad& road, const std::vector<EgoPose>& poses, std::size_t later,
-                                   std::size_t behind) {
-  HeightProfile profile;
-  REQUIRE(profile.build(&road.map, default_allocator()));
-  EgoBuffer buffer(4096);
-  struct Scan {
-    int64_t stamp_ns;
-    EgoRange range;
-  };
-  std::vector<Scan> scans;
-  std::vector<RoadData> all;
-  RoadData data;
-  const auto describe = [&](const Scan& scan) {
-    profile.describe(buffer, scan.range, scan.stamp_ns, data);
-    return data;
-  };
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    REQUIRE(buffer.push(poses[i]) == OVT_OK);
-    if (i < 1 + later || (i - 1 - later) % 5 != 0) continue;
-    scans.push_back({poses[i - 1 - later].stamp_ns + 3 * kMs, buffer.range()});
-    if (behind > 0) describe(scans.back());
-    if (scans.size() > behind) all.push_back(describe(scans[scans.size() - 1 - behind]));
-  }
-  return all;
-}
-
-void check_interleaving(const CircleRoad& road, const std::vector<EgoPose>& poses) {
-  const std::vector<RoadData> expected = describe_all(road, poses, 0, 0);
-  for (const std::size_t later : {0u, 10u, 45u})
-    for (const std::size_t behind : {0u, 1u, 10u}) {
-      if (later == 45 && behind > 1) continue;  // over 0.5 s
-      CAPTURE(later);
-      CAPTURE(behind);
-      const std::vector<RoadData> all = describe_all(road, poses, later, behind);
-      REQUIRE(all.size() > 100);
-      std::size_t different = 0;
-      for (std::size_t i = 0; i < all.size(); ++i) different += !same(all[i], expected[i]);
-      CHECK(different == 0);
-    }
-}
-
 TEST_CASE("height_profile: what a scan is told does not depend on poses and scans that arrived before it by chance") {
   const CircleRoad road({.radius_m = 60.0,
                          .height = [](double turn) { return 0.5 * std::sin(3.0 * turn); },
@@ -328,122 +194,6 @@ TEST_CASE("height_profile: a gap in the poses is bridged up to 40 m, and leaves 
     CHECK(known == (gap_m < 40.0 ? all : 0));
     check_stations(data, road, 0.05);
   }
-}
-
-TEST_CASE("height_profile: a jump of the localisation, along the road or in height, is no road") {
-  const CircleRoad road = level_road();
-  Drive drive(road);
-  drive.go(200.0, 70.0);
-  const double from = drive.s_m;
-  drive.s_m += 80.0;  // from one pose to the next
-  drive.go(350.0, 70.0);
-  RoadData data = drive.describe();
-  for (int32_t k = 0; k < kHere; ++k)
-    if (station_s(data, k) > from + 8.0 && station_s(data, k) < from + 72.0) CHECK_FALSE(data.known[k]);
-  drive.go(500.0, 70.0);
-  drive.lift_m = 5.0;
-  drive.go(560.0, 70.0);
-  // The stretches before the jump keep their height, those behind it have the new one; none lies between.
-  data = drive.describe();
-  for (int32_t k = 0; k < kHere - 6; ++k) {
-    if (!data.known[k] || std::fabs(station_s(data, k) - 500.0) < 7.6) continue;
-    CAPTURE(station_s(data, k));
-    const float height_m = data.height_m[k];
-    CHECK((std::fabs(height_m) < 0.01f || std::fabs(height_m + 5.0f) < 0.01f));
-  }
-}
-
-TEST_CASE("height_profile: a jump of the localisation to the side moves the road on a bank with the vehicle") {
-  const CircleRoad road({.radius_m = 400.0,
-                         .with_banking = true,
-                         .height = [](double turn) { return 2.0 * std::sin(turn); },
-                         .slope = [](double) { return 0.3; }});
-  for (const int32_t laps : {0, 1})
-    for (const double shift_m : {-1.5, 0.8, 2.5}) {
-      CAPTURE(laps);
-      CAPTURE(shift_m);
-      Drive drive(road);
-      const double start_m = laps * road.length_m() + 200.0;
-      drive.go(start_m, 70.0);
-      drive.shift_m = shift_m;
-      for (const double on_m : {1.0, 5.0, 20.0, 60.0, 200.0}) {
-        CAPTURE(on_m);
-        drive.go(start_m + on_m, 70.0);
-        const RoadData data = drive.describe();
-        CHECK(data.d_m == doctest::Approx(shift_m).epsilon(0.02));
-        CHECK(count_known(data, kHere - 30, kHere) == 31);
-        check_stations(data, road, 0.06, 0, kHere + 2);
-      }
-      drive.shift_m = 0.0;  // and back
-      for (const double on_m : {201.0, 220.0, 300.0}) {
-        CAPTURE(on_m);
-        drive.go(start_m + on_m, 70.0);
-        check_stations(drive.describe(), road, 0.06, 0, kHere + 2);
-      }
-    }
-}
-
-TEST_CASE("height_profile: one wrong pose, or a step in height alone, leaves the road where it is below the vehicle") {
-  const CircleRoad road({.radius_m = 400.0,
-                         .with_banking = true,
-                         .height = [](double turn) { return 2.0 * std::sin(turn); },
-                         .slope = [](double) { return 0.3; }});
-  for (const double shift_m : {-3.0, -1.0, 1.0, 3.0}) {
-    CAPTURE(shift_m);
-    Drive drive(road);
-    drive.go(200.0, 70.0);
-    drive.shift_m = shift_m;
-    drive.go(200.6, 70.0);
-    drive.shift_m = 0.0;
-    for (const double on_m : {201.5, 205.0, 220.0, 300.0}) {
-      CAPTURE(on_m);
-      drive.go(on_m, 70.0);
-      const RoadData data = drive.describe();
-      CHECK(count_known(data, kHere - 30, kHere) == 31);
-      check_stations(data, road, 0.06, 0, kHere + 2);
-    }
-  }
-  for (const double lift_m : {-1.0, -0.6, 0.3, 0.6}) {
-    CAPTURE(lift_m);
-    Drive drive(road);
-    drive.go(200.0, 70.0);
-    drive.lift_m = lift_m;
-    for (const double on_m : {201.5, 205.0, 220.0, 300.0}) {
-      CAPTURE(on_m);
-      drive.go(on_m, 70.0);
-      const RoadData data = drive.describe();
-      CHECK(count_known(data, kHere - 30, kHere) == 31);
-      check_stations(data, road, 0.06, 0, kHere + 2);
-    }
-  }
-}
-
-TEST_CASE("height_profile: a first step that is wrong does not make jumps of all that follow") {
-  const CircleRoad road({.radius_m = 400.0, .height = [](double turn) { return 2.0 * std::sin(turn); }});
-  for (const double first_m : {-1.0, 1.0}) {
-    CAPTURE(first_m);
-    Drive drive(road);
-    drive.shift_m = first_m;
-    drive.go(0.6, 70.0);
-    drive.shift_m = 0.0;
-    drive.go(150.0, 70.0);
-    const RoadData data = drive.describe();
-    CHECK(count_known(data, kHere - 20, kHere) >= 20);
-    check_stations(data, road, 0.06, 0, kHere + 2);
-  }
-}
-
-TEST_CASE("height_profile: nor do jumps depend on poses and scans that arrived by chance") {
-  const CircleRoad road({.radius_m = 60.0, .with_banking = true, .slope = [](double) { return 0.2; }});
-  std::vector<EgoPose> poses;
-  for (int32_t i = 0; i < 1500; ++i) {
-    EgoPose pose = road.pose_at(0.4 * i, i / 130 % 2 ? 2.0 : 0.0);
-    pose.z_m = road.pose_at(0.4 * i, 0.0).z_m;
-    pose.stamp_ns = kStart_ns + i * 10 * kMs;
-    pose.speed_mps = 40.0;
-    poses.push_back(pose);
-  }
-  check_interleaving(road, poses);
 }
 
 TEST_CASE("height_profile: poses beside the circuit teach nothing and do not use the map") {
