@@ -5,7 +5,7 @@
 namespace overtake {
 namespace {
 
-constexpr int64_t kManyPoints = 1000, kGroundShare = 50;
+constexpr int64_t kManyPoints = 1000, kGroundShare = 50;  // one of so many points is ground
 constexpr float kBeside_m = 3.0f;  // what begins nearer may be a car beside this one, which fills the view
 
 // Labelled points that are in no cluster; those of the own body have no label, but are in one.
@@ -14,7 +14,7 @@ int64_t count_ground(const SensorPart& part) noexcept {
          (part.cluster_points.count - part.reason_count[int32_t(Reason::kOwnBody)]);
 }
 
-bool hides_ground(const SensorPart& part, int64_t good) noexcept {
+bool lacks_ground(const SensorPart& part, int64_t good) noexcept {
   for (int32_t c = 0; c < part.clusters.count; ++c)
     if (part.clusters.nearest_m[c] < kBeside_m) good -= part.clusters.point_count[c];
   return good >= kManyPoints && kGroundShare * count_ground(part) < good;
@@ -39,7 +39,7 @@ uint32_t flags_of(const Frame& frame, int32_t sensor_count, bool tracks_overflow
         part.reason_count[int32_t(Reason::kDust)] + part.reason_count[int32_t(Reason::kSecondReturn)];
     usable += good;
     if (good == 0 || 2 * good < count || 4 * shadowed > 3 * count) flags |= OVT_FLAG_CLOUD_DEGRADED;
-    if (part.kept.images.height_m.data && hides_ground(part, good)) flags |= OVT_FLAG_NO_GROUND;
+    if (part.kept.images.height_m.data && lacks_ground(part, good)) flags |= OVT_FLAG_NO_GROUND;
     if (part.cluster_overflow) flags |= OVT_FLAG_OVERFLOW;
   }
   if (frame.kind == FrameKind::kScans && usable == 0) flags |= OVT_FLAG_NO_DATA;

@@ -171,7 +171,7 @@ class Joiner {
   // Whether a seed is longer than a car is wide, so that it shows how the car stands.
   bool may_turn(const OrientedBox& seed) const { return max_of(seed.length(), seed.width()) > params_.limits.width_m; }
 
-  // Whether a listed row near the group's only one is within its reach, and both exceed the limits.
+  // Whether the seed, alone in its group, and a listed row within join.gap_m of it exceed the limits together.
   bool exceeds_with_any(const Group& group, const CarLimits& most) const {
     for (int32_t near = 0; near < near_count_; ++near) {
       const OrientedBox box = near_box(near);

@@ -597,8 +597,8 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
  * Columns of `count`, aligned as doubles (else OVT_BAD_ARGUMENT); all but x and y may be null, or NaN per row, but
  * var_x and var_y go together (one without the other: OVT_BAD_ARGUMENT); without cov_xy the variances are independent.
  * Rows that still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
- * external_dropped. A push without a row of a car is a miss of its track, because it is not known where the source
- * looks; with preset best only if such a row was one of the track's hits.
+ * external_dropped. Where the source of rows looks is not known: a push without a row for a track counts as a miss of
+ * that track; with preset best only if an earlier row was one of its hits.
  * While a sensor delivers good stamps, detections never move the clock. If their source began after
  * all sensors had stopped, it becomes the clock after 24 pushes, or when ovt_advance reports the sensors' silence. If
  * detections are ahead of the sensors by more than frame.tolerance_s plus frame.period_s, they are held until the

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -210,6 +211,16 @@ TEST_CASE("detector: every status has a unique text, and the build describes its
   CHECK(std::string(build.commit) != "");
   CHECK(std::string(build.compiler) != "");
   CHECK(std::string(build.isas).rfind("ref", 0) == 0);
+  // A program that was built with a newer header: what the library does not know is 0.
+  struct {
+    ovt_build_info known;
+    const char* later;
+  } newer;
+  std::memset(&newer, 0xff, sizeof newer);
+  ovt_read_build_info_sized(&newer.known, sizeof newer);
+  CHECK(newer.known.version == OVT_VERSION);
+  CHECK(newer.known.version_text == build.version_text);
+  CHECK(newer.later == nullptr);
 }
 
 TEST_CASE("detector: an exception from the callback is counted, and the next frame works") {

@@ -32,7 +32,7 @@ constexpr double kPassing_m = 15.0, kBesideRoad_m = 6.0;  // ahead of the ego ve
 constexpr double kPassed_m = 60.0, kPassedShare = 0.25;  // farther behind and slower than this share of the ego's speed
 constexpr double kMoving_mps = 5.0;                      // what is faster does not stand
 constexpr double kFreeCoast_m = 3.0;    // without a map: most deviation of the place of a car that should be seen
-constexpr double kLeastCoast_s = 0.12;  // a car that was seen later than that ago has not coasted
+constexpr double kLeastCoast_s = 0.12;  // not longer unseen: the place is as its source tells it
 constexpr double kFarJump_s = 0.3;  // after a far jump of the ego pose: what was not seen in that time was elsewhere
 constexpr int64_t kMostVotes = 10;  // after so many votes for one class, more for another one decide
 

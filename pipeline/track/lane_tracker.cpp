@@ -58,8 +58,8 @@ constexpr double kLeastBirth_mps = 20.0;                   // on a map cars driv
 constexpr double kFastest_mps = 90.0, kBirthSigmas = 3.0;  // a new car of this speed is so many deviations off
 constexpr double kFaintGate_d2 = 9.0;
 constexpr double kJumpSigma_m = 0.3;  // of a jump of the ego pose
-constexpr double kMostReach_m = 100.0;
-constexpr double kRowSigmas = 3.0;   // a pushed row may be so many deviations off its track
+// A pushed row may be off its track by so many deviations, but by kMostReach_m at most.
+constexpr double kRowSigmas = 3.0, kMostReach_m = 100.0;
 constexpr double kAloneCost = 18.0;  // of a track that stays without a detection
 
 // Heading.
