@@ -36,12 +36,23 @@ struct RoadPoints {
 // Least squares over the points within trim_m of the shape, each 5 m of x with the same weight. False: too few points.
 bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexcept;
 
+// The first pass looks for the ground of a sensor whose pitch or roll is wrong by up to 3 deg: a column's first ground
+// pixel may lie so much higher than the expected road. The next passes walk over the shape that it found.
 struct FitPass {
   float reach_m;  // of the ground that counts
   double trim_m;
-  bool of_plane;  // also where only a plane is fitted
+  bool of_plane;                     // also where only a plane is fitted
+  float start_per_m, start_limit_m;  // at least, of the walk (RunningGroundParams)
 };
-constexpr FitPass kFitPasses[] = {{30.0f, 0.5, true}, {60.0f, 0.3, false}, {100.0f, 0.3, true}};
+constexpr FitPass kFitPasses[] = {
+    {30.0f, 1.5, true, 0.06f, 1.5f}, {60.0f, 0.3, false, 0.0f, 0.0f}, {100.0f, 0.3, true, 0.0f, 0.0f}};
+
+OVT_INLINE GroundBlock make_fit_block(const RunningGroundParams& params, const FitPass& pass) {
+  GroundBlock block = make_ground_block(params);
+  block.start_per_m = max_of(block.start_per_m, pass.start_per_m);
+  block.start_limit_m = max_of(block.start_limit_m, pass.start_limit_m);
+  return block;
+}
 
 OVT_INLINE bool fits_plane(const RoadShape& shape) noexcept {
   return shape.expected.source == ExpectedRoad::Source::kLearned;

@@ -7,11 +7,11 @@ namespace overtake::ref {
 
 void fit_road(const RunningGroundParams& params, const RoadAxes& axes, const SensorModel& sensor,
               Plane<const float> range_m, Plane<const float> elevation_rad, RoadShape& shape) noexcept {
-  const GroundBlock block = make_ground_block(params);
   const FitColumns columns(sensor, shape);
   RoadPoints points;
   for (const FitPass& pass : kFitPasses) {
     if (fits_plane(shape) && !pass.of_plane) continue;
+    const GroundBlock block = make_fit_block(params, pass);
     points.clear();
     for (int32_t k = 0; k < columns.count; ++k) {
       float sine, cosine;

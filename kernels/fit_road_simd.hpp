@@ -15,10 +15,9 @@ class RoadWalks {
  public:
   static constexpr int32_t kRoom = 4096 / kSize<A>;  // vectors of pixels
 
-  RoadWalks(const RunningGroundParams& params, const RoadAxes& axes, const SensorModel& sensor,
-            Plane<const float> range_m, Plane<const float> elevation_rad, const RoadShape& shape)
-      : block_(make_ground_block(params)),
-        axes_(axes),
+  RoadWalks(const RoadAxes& axes, const SensorModel& sensor, Plane<const float> range_m,
+            Plane<const float> elevation_rad, const RoadShape& shape)
+      : axes_(axes),
         sensor_(sensor),
         range_m_(range_m),
         elevation_rad_(elevation_rad),
@@ -26,7 +25,7 @@ class RoadWalks {
         rows_(range_m.rows) {}
 
   // Lists the ground of one pass, column after column.
-  OVT_INLINE void collect(const RoadShape& shape, float reach_m, RoadPoints& points) {
+  OVT_INLINE void collect(const RoadShape& shape, const GroundBlock& block, float reach_m, RoadPoints& points) {
     const int32_t vectors = (columns_.count + kSize<A> - 1) / kSize<A>, room = kRoom / rows_;
     const int32_t together = room < kMostTogether ? room : kMostTogether;
     points.clear();
@@ -35,7 +34,7 @@ class RoadWalks {
       if (laid_ != begin)
         for (int32_t v = 0; v < count; ++v) lay(shape, (begin + v) * kSize<A>, pixels_ + v * rows_);
       laid_ = begin;
-      walk(shape, reach_m, count);
+      walk(shape, block, reach_m, count);
       for (int32_t v = 0; v < count; ++v) list(pixels_ + v * rows_, points);
     }
   }
@@ -72,14 +71,14 @@ class RoadWalks {
     }
   }
 
-  OVT_INLINE void walk(const RoadShape& shape, float reach_m, int32_t count) {
+  OVT_INLINE void walk(const RoadShape& shape, const GroundBlock& block, float reach_m, int32_t count) {
     GroundState<Float<A>> states[kMostTogether];
     for (int32_t v = 0; v < count; ++v) states[v] = start_walk<Float<A>>(axes_, shape);
     for (int32_t i = 0; i < rows_; ++i)
       for (int32_t v = 0; v < count; ++v) {
         Pixels& p = pixels_[v * rows_ + i];
         if (p.any) {
-          p.used = walk_pixel(block_, axes_, shape, reach_m, p.at, p.exists, states[v]).bits();
+          p.used = walk_pixel(block, axes_, shape, reach_m, p.at, p.exists, states[v]).bits();
         } else {
           p.used = 0;
           states[v].below_above = Float<A>(kMissing_m);
@@ -106,7 +105,6 @@ class RoadWalks {
     }
   }
 
-  const GroundBlock block_;
   const RoadAxes& axes_;
   const SensorModel& sensor_;
   const Plane<const float> range_m_, elevation_rad_;
@@ -121,10 +119,10 @@ void fit_road(const RunningGroundParams& params, const RoadAxes& axes, const Sen
               Plane<const float> range_m, Plane<const float> elevation_rad, RoadShape& shape) noexcept {
   if (range_m.rows > RoadWalks<A>::kRoom) return ref::fit_road(params, axes, sensor, range_m, elevation_rad, shape);
   RoadPoints points;
-  RoadWalks<A> walks(params, axes, sensor, range_m, elevation_rad, shape);
+  RoadWalks<A> walks(axes, sensor, range_m, elevation_rad, shape);
   for (const FitPass& pass : kFitPasses) {
     if (fits_plane(shape) && !pass.of_plane) continue;
-    walks.collect(shape, pass.reach_m, points);
+    walks.collect(shape, make_fit_block(params, pass), pass.reach_m, points);
     if (!fit_shape(points, pass.trim_m, shape)) return;
   }
 }

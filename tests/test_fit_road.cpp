@@ -6,9 +6,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "kernels/kernel_table.h"
@@ -70,6 +72,28 @@ TEST_CASE("fit_road: the terms of the road's surface: height, grade, cross slope
       CHECK(std::fabs(double(fitted.term[k]) - e[k]) < tolerance[k]);
     }
   }
+}
+
+TEST_CASE("fit_road: a sensor whose pitch or roll is wrong by 3 deg finds its ground, also over known heights") {
+  constexpr double kWrong = 0.052;
+  for (const auto& [pitch, roll] : {std::pair{kWrong, 0.0}, {-kWrong, 0.0}, {0.0, kWrong}, {0.0, -kWrong}})
+    for (const Source source : {Source::kNone, Source::kLearned}) {
+      CAPTURE(pitch);
+      CAPTURE(roll);
+      RoadShape shape;
+      shape.expected.source = source;
+      std::fill_n(shape.expected.base_m, ExpectedRoad::kPlaces, 0.0f);
+      std::fill_n(shape.expected.twist, ExpectedRoad::kPlaces, 0.0f);
+      const double along = pitch, across = roll;
+      const RoadShape fitted =
+          fit(kAhead, scan_of(kAhead, [&](double x, double y) { return along * x + across * y; }), shape);
+      for (const float x : {10.0f, 25.0f})
+        for (const float y : {-4.0f, 4.0f}) {
+          CAPTURE(x);
+          CAPTURE(y);
+          CHECK(std::fabs(double(fitted.height_at(x, y)) - (pitch * double(x) + roll * double(y))) < 0.11);
+        }
+    }
 }
 
 TEST_CASE("fit_road: too little ground, or ground of one place, leaves the terms as they are") {
