@@ -258,7 +258,7 @@ StampVerdict ClockWatch::jump(int32_t source, int64_t stamp_ns) noexcept {
   uint32_t agreed = 0;
   for (int32_t i = 0; i < kMaxSensors; ++i) {
     const Source& s = sources_[i];
-    late_before_jump_ += std::min(s.late, kAgreeing - 1);
+    if (i == source || agrees(s, stamp_ns)) late_before_jump_ += std::min(s.late, kAgreeing - 1);
     if (!(held_ >> i & 1u)) continue;
     if (i != source && agrees(s, stamp_ns)) {
       agreed |= 1u << i;

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/float_mode.h"
 #include "pipeline/frame_flags.h"
 
 namespace overtake {
@@ -35,6 +36,7 @@ void add(std::atomic<int64_t>& counter, int64_t n) noexcept {
 }  // namespace
 
 void Detector::log(ovt_log_level level, const char* text) const noexcept {
+  const FloatMode usual;
   try {
     if (log_) log_(level, text, user_);
   } catch (...) {  // the caller's log function threw: nothing can report that
@@ -89,11 +91,26 @@ ovt_status Detector::refuse_push(const char* function, const char* argument) noe
 }
 
 ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
-  const EgoPose pose = {in.stamp_ns,  in.x_m,     in.y_m,       in.z_m,         in.roll_rad,
-                        in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps};
+  EgoPose pose = {in.stamp_ns,  in.x_m,     in.y_m,       in.z_m,         in.roll_rad,
+                  in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps};
   if (push_waits_ && !inline_) wait_for_poses();
-  const ovt_status status = ego_->push(bank_attitude_.complete(pose));
-  (status == OVT_OK ? counters_.ego_poses : counters_.ego_dropped).fetch_add(1, std::memory_order_relaxed);
+  using Found = PoseRepair::Found;
+  const uint32_t found = pose_repair_.repair(pose);
+  const auto has = [found](Found what) { return (found & uint32_t(what)) != 0; };
+  add(counters_.ego_held, has(Found::kHeld));
+  add(counters_.ego_rates_wrong, has(Found::kWrongRate));
+  add(counters_.ego_noisy, has(Found::kNoise));
+  if (has(Found::kLost) && !std::exchange(reported_held_, true))
+    log(OVT_LOG_WARNING,
+        "ovt_push_ego_pose: x_m and y_m stay the same for over 0.15 s at more than 1 m/s: such poses "
+        "are not used");
+  if (has(Found::kWrongRate) && !std::exchange(reported_wrong_rate_, true))
+    log(OVT_LOG_WARNING,
+        "ovt_push_ego_pose: yaw_rad contradicts yaw_rate_rps (sign, unit, or never set?): the rate of "
+        "yaw_rad is used");
+  const bool lost = has(Found::kLost);
+  const ovt_status status = lost ? OVT_OK : ego_->push(bank_attitude_.complete(pose));
+  (status == OVT_OK && !lost ? counters_.ego_poses : counters_.ego_dropped).fetch_add(1, std::memory_order_relaxed);
   if (const int32_t n = ego_->take_dropped()) {  // push had returned OVT_OK for them
     counters_.ego_poses.fetch_sub(n, std::memory_order_relaxed);
     counters_.ego_dropped.fetch_add(n, std::memory_order_relaxed);
@@ -304,6 +321,13 @@ bool Detector::place_pending_scan(int32_t sensor) {
     case IntakeResult::kUsed: add(counters_.used, 1); break;
     case IntakeResult::kLate: add(counters_.late, 1); break;
     case IntakeResult::kDuplicate: add(counters_.dup, 1); break;
+    case IntakeResult::kRepeat:
+      add(counters_.dup, 1);
+      if (!std::exchange(reported_repeat_, true))
+        log(OVT_LOG_WARNING,
+            "a sensor pushes the points of its scan before again, with new stamps, while the ego vehicle "
+            "moves: such scans count as duplicates");
+      break;
     case IntakeResult::kHeld: break;  // count_settled counts it later
   }
   mailboxes_[sensor].release();

@@ -25,6 +25,7 @@
 #include "pipeline/frame_pool.h"
 #include "pipeline/mailbox.h"
 #include "pipeline/memory.h"
+#include "pipeline/pose_repair.h"
 #include "pipeline/road/bank_attitude.h"
 #include "pipeline/scan_builder.h"
 #include "pipeline/sensor_rhythm.h"
@@ -172,6 +173,7 @@ class Detector {
   Mailbox<ExternalScan> external_;
   std::unique_ptr<EgoBuffer> ego_;
   HeightProfile profile_;
+  PoseRepair pose_repair_;
   BankAttitude bank_attitude_;
   std::unique_ptr<TrackStage> track_stage_;
   std::unique_ptr<ThreadSetup> thread_setup_;
@@ -230,6 +232,8 @@ class Detector {
   bool inline_ = true;
   std::atomic<bool> inside_{false}, reported_wrong_thread_{false};  // inline
   std::atomic<bool> reported_bad_argument_{false};
+  bool reported_wrong_rate_ = false, reported_held_ = false;  // of the producer of the poses
+  bool reported_repeat_ = false;                              // of the intake
   Event event_;
   std::atomic<bool> stop_{false};
   enum StartState : int32_t { kStarting, kRunning, kFailed, kNoThread };

@@ -25,6 +25,7 @@ std::string field(const char* array, int32_t index, const char* name) {
 
 // Of a sensor's z axis, upwards in the vehicle frame: rows are ordered and ground is searched from below.
 constexpr float kLeastUp = 0.1f;
+constexpr double kLeastColumn_rad = 1e-6;
 
 // The error message for the first wrong field of a sensor's def, or null.
 const char* find_bad_sensor_field(const ovt_sensor_def& def) {
@@ -38,6 +39,8 @@ const char* find_bad_sensor_field(const ovt_sensor_def& def) {
   if (!def.wraps && !(def.azimuth_right_rad < def.azimuth_left_rad &&
                       def.azimuth_left_rad - def.azimuth_right_rad <= 6.2831853071795873))
     return "azimuth_right_rad must be right of azimuth_left_rad by at most a full turn";
+  if (!def.wraps && !(def.azimuth_left_rad - def.azimuth_right_rad >= kLeastColumn_rad * def.cols))
+    return "azimuth_right_rad must be right of azimuth_left_rad by at least 1e-6 rad for each column";
   if (!(def.range_min_m >= 0 && def.range_min_m < def.range_max_m && def.range_max_m <= 10000.0))
     return "range_min_m and range_max_m must satisfy 0 <= min < max <= 10000";
   if (def.layer_first < 0 || def.layer_last > 65535 || def.layer_first > def.layer_last)
@@ -311,6 +314,8 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
     error = "no memory for the height profile";
     return OVT_NO_MEMORY;
   }
+  assembly.drops_repeats = reads_road;
+  if (reads_road) pose_repair_.build();
   if (reads_road) bank_attitude_.build(context_.map);
   assembler_ = std::make_unique<FrameAssembler>(assembly, pool_, *ego_, *runner_, reads_road ? &profile_ : nullptr);
   if (!assembler_->build(point_capacity_, def.candidate_capacity, memory_.allocator())) {

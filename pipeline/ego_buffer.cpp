@@ -15,7 +15,7 @@ constexpr int64_t kEgoJitterNs = 10'000'000;
 constexpr int64_t kEgoSlowestNs = 150'000'000;  // while the interval is unknown: allows 10 Hz and a little less
 
 // b - a in seconds, a <= b: exact to the nanosecond for current stamps, and without overflow for any stamp.
-double seconds_between(int64_t a, int64_t b) noexcept { return double(uint64_t(b) - uint64_t(a)) * 1e-9; }
+double seconds_from(int64_t a, int64_t b) noexcept { return double(uint64_t(b) - uint64_t(a)) * 1e-9; }
 
 void fill_rotation(EgoState& state) noexcept {
   double sr, cr, sp, cp, sy, cy;
@@ -45,7 +45,7 @@ EgoPose extrapolate(const EgoPose& from, int64_t stamp_ns) noexcept {
 }
 
 EgoPose interpolate(const EgoPose& a, const EgoPose& b, int64_t stamp_ns) noexcept {
-  const double u = seconds_between(a.stamp_ns, stamp_ns) / seconds_between(a.stamp_ns, b.stamp_ns);
+  const double u = seconds_from(a.stamp_ns, stamp_ns) / seconds_from(a.stamp_ns, b.stamp_ns);
   const auto mix = [u](double p, double q) { return p + u * (q - p); };
   const auto mix_angle = [u](double p, double q) { return wrap_angle(p + u * wrap_angle(q - p)); };
   EgoPose out;

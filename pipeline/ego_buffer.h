@@ -41,6 +41,7 @@ struct EgoState {
 };
 EgoState state_of(const EgoPose& pose) noexcept;  // at the pose itself
 
+inline constexpr int64_t kEgoStepNs = 200'000'000;   // poses farther apart are not compared with each other
 inline constexpr int64_t kEgoFreshNs = 100'000'000;  // older: EGO_STALE, no map gate
 inline constexpr int64_t kEgoLostNs = 500'000'000;   // older: tracks only predict
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 #include "pipeline/early_segment.h"
@@ -14,6 +15,21 @@ namespace {
 
 // A sensor slower than this counts as silent in between: nobody would notice one that loses most of its scans.
 constexpr int64_t kMostPeriods = 4;
+
+// A hash of at most `most` points of a scan, spread over it; 0 where fewer than half of them are returns.
+uint64_t hash_points(const ScanTable& scan, int32_t most) noexcept {
+  uint64_t hash = 14695981039346656037u;  // FNV-1a
+  const int32_t count = std::min(most, scan.count);
+  int32_t returns = 0;
+  for (int32_t i = 0; i < count; ++i) {
+    const int32_t k = int32_t(int64_t(i) * scan.count / count);
+    const float x = scan.x_m[k], y = scan.y_m[k], z = scan.z_m[k];
+    returns += x * x + y * y + z * z > 0.0f;  // not when it is NaN
+    for (const float v : {x, y, z}) hash = (hash ^ std::bit_cast<uint32_t>(v)) * 1099511628211u;
+  }
+  hash = (hash ^ uint32_t(scan.count)) * 1099511628211u;
+  return count > 0 && 2 * returns >= count ? hash | 1u : 0u;
+}
 
 }  // namespace
 
@@ -35,11 +51,14 @@ IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexc
   if (verdict == StampVerdict::kJump) {
     close_open();
     for (Recent& recent : recent_) recent = {};
+    for (Print& print : print_) print = {};
     std::fill(std::begin(seen_ns_), std::end(seen_ns_), stamp_ns);
     for (SensorRhythm& rhythm : rhythm_) rhythm.forget_last();
     settled_.late_before_jump += clock_.late_before_jump();
     ++clock_jumps_;
-    closed_ns_.reset(), closed_scans_ns_.reset();
+    closed_ns_.reset(), closed_scans_ns_.reset(), opens_next_.reset();
+    // Held rows of the old clock become late soon; those of the new one become good.
+    for (int32_t i = 0; i < held_externals_; ++i) held_external_[i].base_ns = stamp_ns;
     restart_next_ = true;
     if (profile_) profile_->restart();
     ego_watch_ = {.refused = ego_watch_.refused};
@@ -59,7 +78,34 @@ IntakeResult FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
   const IntakeResult verdict = check_stamp(sensor, scan.stamp_ns);
   if (verdict == IntakeResult::kHeld) std::swap(held_[sensor], scan);
   if (verdict != IntakeResult::kNoSlot) return verdict;
+  if (params_.drops_repeats && is_repeat(sensor, scan)) {
+    forget_classified({sensor, scan.stamp_ns});
+    recent_[sensor].add(scan.stamp_ns, clock_.newest_ns());
+    return IntakeResult::kRepeat;
+  }
   return place_accepted() && place_scan(sensor, scan) ? IntakeResult::kUsed : IntakeResult::kNoSlot;
+}
+
+// A driver that hangs may publish its last points again, with new stamps. A vehicle that moves sees no scan twice. Some
+// points are the same on a level road without noise, so then all points are compared: from the second repeat on.
+bool FrameAssembler::is_repeat(int32_t sensor, const Scan& scan) noexcept {
+  constexpr int32_t kSome = 64;
+  constexpr double kMoves_mps = 1.0;
+  Print& print = print_[sensor];
+  if (print.stamp_ns == scan.stamp_ns) return false;  // again, as no slot was free
+  print.stamp_ns = scan.stamp_ns;
+  const uint64_t some = hash_points(scan.table, kSome), before = std::exchange(print.some, some);
+  if (some != before || some == 0) {
+    print.changes = print.changes || (some != 0 && before != 0);
+    print.all = 0;
+    return false;
+  }
+  if (!print.changes) return false;
+  const uint64_t all = hash_points(scan.table, scan.table.count);
+  if (std::exchange(print.all, all) != all) return false;
+  EgoPose pose;
+  return scan.ego.count > ego_.oldest_safe(scan.ego) && ego_.read(scan.ego.count - 1, pose) &&
+         distance_ns(pose.stamp_ns, scan.stamp_ns) <= kEgoLostNs && std::fabs(pose.speed_mps) > kMoves_mps;
 }
 
 IntakeResult FrameAssembler::take_external(ExternalScan& scan) noexcept {

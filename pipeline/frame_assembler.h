@@ -48,6 +48,7 @@ struct AssemblerParams {
   int64_t period_ns = 50'000'000, tolerance_ns = 25'000'000;
   int64_t wait_ns = 75'000'000;  // ovt_advance closes a frame this long after its first stamp
   int64_t predict_after_ns = 75'000'000;
+  bool drops_repeats = false;  // scans with the points of the sensor's scan before, while the ego vehicle moves
 };
 
 // Pushed detections on their way to a frame.
@@ -59,9 +60,10 @@ struct ExternalScan {
   int32_t reference = OVT_REFERENCE_MAP;
 };
 
-// Result of offering a scan or pushed detections. kNoSlot: offer it again. kHeld: take_settled() returns the final
+// Result of offering a scan or pushed detections. kDuplicate: a stamp that was there. kRepeat: a new stamp, but the points
+// of the scan before. kNoSlot: offer it again. kHeld: take_settled() returns the final
 // result later.
-enum class IntakeResult { kUsed, kLate, kDuplicate, kNoSlot, kHeld };
+enum class IntakeResult { kUsed, kLate, kDuplicate, kRepeat, kNoSlot, kHeld };
 
 // Results of scans and pushed detections that were kHeld, or kLate before a clock jump.
 struct Settled {
@@ -144,6 +146,12 @@ class FrameAssembler {
   int64_t near_ns() const noexcept { return clock_.near_ns(); }
 
  private:
+  // Of the points of a sensor's last scan that was offered.
+  struct Print {
+    uint64_t some = 0, all = 0;       // hashes, of 64 points and of all; 0: not known
+    std::optional<int64_t> stamp_ns;  // of that scan
+    bool changes = false;             // the sensor has seen other points: it is not a test with one scan
+  };
   // A scan, or pushed detections, of a source.
   struct Source {
     int32_t number;
@@ -200,6 +208,7 @@ class FrameAssembler {
   EgoRange watch_ego(const EgoRange& range, Frame& frame) noexcept;
   Frame* open(int64_t stamp_ns, FrameKind kind) noexcept;
   void put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept;
+  bool is_repeat(int32_t sensor, const Scan& scan) noexcept;
   void forget_classified(const Source& source) noexcept {
     if (classified_ == source) classified_.reset();
   }
@@ -218,6 +227,7 @@ class FrameAssembler {
   HeightProfile* profile_;
   ClockWatch clock_;
   Recent recent_[ClockWatch::kSources];
+  Print print_[kMaxSensors];
   Frame* open_ = nullptr;
   EgoRange open_range_;
   int64_t next_sequence_ = 0;

@@ -491,6 +491,8 @@ static inline ovt_points ovt_default_points(void) {
  *   equal to the sensor's last stamp              not used: OVT_DUPLICATE
  *   equal to an earlier one that was used, at     not used: OVT_OK, counted as `dup`
  *   most 0.5 s older than the newest stamp
+ *   new, but preset best: the points are those    not used from the second such scan on, while the ego vehicle moves
+ *   of the sensor's scan before                   and if the sensor ever saw other points: OVT_OK, counted as `dup`
  *   within frame.tolerance_s of the first stamp   used: joins that frame
  *   of the open frame, which lacks the sensor
  *   up to 0.5 s older than the newest stamp       used: a separate frame, which the tracker inserts at its stamp, up to
@@ -583,8 +585,11 @@ OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
  * found with them, and new tracks begin near the speed.
  * With OVT_PUSH_WAIT and workers it waits for the scans that were pushed before, if it would overwrite poses that they
  * use: so the poses of a frame do not depend on worker_count, if one thread pushes poses and scans.
- * Preset best: roll and pitch both 0 mean that nothing measured them (a localisation in the plane). Such a pose tells
- * no heights of the road, and on the circuit of a map with banking it gets the attitude of a vehicle on the bank. */
+ * Preset best: roll and pitch that are both 0, or stay the same over a way, mean that nothing measured them (a
+ * localisation in the plane). Such a pose tells no heights of the road, and on the circuit of a map with banking it gets
+ * the attitude of a vehicle on the bank. A place that is held at speed is moved on, and not used after 0.15 s
+ * (ego_held); a yaw rate that the yaws contradict is replaced (ego_rates_wrong); a place with noise is smoothed
+ * (ego_noisy). See pipeline/README.md, "Poses that contradict themselves". */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
@@ -682,10 +687,11 @@ enum {                               /* ovt_frame_info.flags */
                                         begin nearer than 3 m, fewer than 1 of 50 is ground. Something is in front of
                                         the sensor, or the ego poses' pitch or roll, the mounting or the map is wrong:
                                         then its cars are lost among the road's points. This is not "all clear" */
-  OVT_FLAG_EGO_JUMP = 1048576        /* preset best, with ego poses in the map: the ego pose is 0.5 to 5 m from where
-                                        the places before lead (0.65 m at 10 Hz, 2 m at 5 Hz), and the pushed speed,
-                                        yaw rate and heading do not lead there either. The tracks that no pushed row was
-                                        a hit of have moved with it */
+  OVT_FLAG_EGO_JUMP = 1048576        /* preset best, with ego poses in the map: the ego pose is 0.5 m or more from
+                                        where the places before lead (0.65 m at 10 Hz, 2 m at 5 Hz); if less than 5 m,
+                                        the pushed speed, yaw rate and heading do not lead there either, and the tracks
+                                        that no pushed row was a hit of have moved with it. After a farther jump tracks
+                                        that are not seen again soon end */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */
@@ -974,7 +980,7 @@ typedef struct ovt_stats {
   int64_t points, points_bad[16];    /* points of used scans; without a label, by reason */
   int64_t overflow_clusters, overflow_candidates, overflow_tracks;
   int64_t exceptions, deadline_missed, clock_jumps;
-  int64_t ego_poses, ego_dropped;    /* used; refused because of their stamp */
+  int64_t ego_poses, ego_dropped;    /* used; refused because of their stamp, or as their place is held (ego_held) */
   int64_t external, external_dropped;   /* pushes of detections: used; replaced, or refused for stamp or row count */
   /* since 0.2 */
   int64_t in_flight;                 /* frames started and not finished */
@@ -1017,6 +1023,13 @@ typedef struct ovt_stats {
                                         tells what was wrong with the first one */
   int64_t row_values_ignored;        /* values of rows of ovt_push_detections that count as not measured although they
                                         are no NaN (see ovt_external_detections); a covariance is one value */
+  int64_t ego_held;                  /* preset best: ego poses with x and y of the one before, at more than 1 m/s, after
+                                        others that moved: moved on by speed and yaw for 0.15 s, then left out
+                                        (ego_dropped) */
+  int64_t ego_rates_wrong;           /* preset best: ego poses whose yaw_rate_rps the yaws of the last second contradict
+                                        (sign, unit, or never set): the rate of the yaws was used */
+  int64_t ego_noisy;                 /* preset best: ego poses whose x, y (over 5 cm) or z (over 3 cm, one sigma) were
+                                        smoothed over 0.6 s */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

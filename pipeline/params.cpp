@@ -275,6 +275,7 @@ using namespace overtake;
 extern "C" {
 
 ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset) {
+  const FloatMode usual;
   if (!params || !preset) return OVT_BAD_ARGUMENT;
   if (!is_known_size<ovt_params>(struct_size)) return OVT_BAD_VERSION;
   const Method* method = find_method(preset);
@@ -330,6 +331,7 @@ ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value
 }
 
 ovt_status ovt_get_param(const ovt_params* params, const char* name, double* value) {
+  const FloatMode usual;
   if (!params || !name || !value) return OVT_BAD_ARGUMENT;
   if (!is_known_size<ovt_params>(params->struct_size)) return OVT_BAD_VERSION;
   const ParamRow* row = find(name);

@@ -135,6 +135,58 @@ TEST_CASE("bank attitude: a measured attitude stays, and any before the poses ar
   }
 }
 
+namespace {
+
+struct Drive {
+  double tilt_rad = 0.003, wobble_rad = 0, step_m = 0.5;
+  bool banked_pose = false;  // the pose has the attitude of the bank
+};
+
+// At how many metres of the way along the circle the attitude is no longer that of the pose; 1e9: never.
+double drive(const CircleRoad* road, const CircuitMap* map, const Drive& how) {
+  BankAttitude attitude;
+  attitude.build(map);
+  double until_m = 1e9;
+  for (int64_t k = 0; k < 500; ++k) {
+    const double way_m = how.step_m * double(k);
+    EgoPose pose = road->pose_at(700.0 + way_m, 0.0);
+    if (!how.banked_pose) pose = flat(pose);
+    pose.stamp_ns = k * 10'000'000;
+    pose.speed_mps = how.step_m / 0.01;
+    pose.pitch_rad = how.tilt_rad + (k % 2 ? how.wobble_rad : 0.0);
+    const EgoPose found = attitude.complete(pose);
+    CHECK(found.has_attitude ==
+          (found.pitch_rad == pose.pitch_rad && found.roll_rad == pose.roll_rad && found.has_attitude));
+    if (!found.has_attitude) until_m = std::min(until_m, way_m);
+  }
+  return until_m;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "bank attitude: one that stays the same over a way is the tilt of a mounting, where bank or bend contradict it") {
+  const CircleRoad road = banked_road(kBank), untold = banked_road(kBank, false);
+  constexpr double kNever = 1e9;
+  CHECK(drive(&road, &road.map, {}) == Approx(20.0).epsilon(0.05));
+  CHECK(drive(&road, &road.map, {.wobble_rad = 1e-6}) == Approx(20.0).epsilon(0.05));
+  CHECK(drive(&road, &road.map, {.wobble_rad = 1e-4}) == kNever);
+  CHECK(drive(&road, &road.map, {.banked_pose = true}) == kNever);  // a simulation without noise
+  CHECK(drive(&road, &road.map, {.step_m = 0.0}) == kNever);
+  const double without_bank_m = drive(&untold, &untold.map, {});
+  CHECK(without_bank_m >= 99.0);
+  CHECK(without_bank_m < 200.0);
+  CHECK(drive(&untold, nullptr, {}) == without_bank_m);
+  CHECK(drive(&untold, nullptr, {.wobble_rad = 1e-4}) == kNever);
+  BankAttitude straight;
+  straight.build(nullptr);
+  for (int64_t k = 0; k < 500; ++k) {
+    EgoPose pose;
+    pose.stamp_ns = k * 10'000'000, pose.x_m = 0.8 * double(k), pose.speed_mps = 80, pose.pitch_rad = 0.003;
+    CHECK(straight.complete(pose).has_attitude);
+  }
+}
+
 TEST_CASE("bank attitude: between two poses there is an attitude if both have one") {
   for (const bool first : {true, false})
     for (const bool second : {true, false}) {

@@ -647,6 +647,8 @@ TEST_CASE("detector: every bad def gets its status and a sentence that names the
       {[](Small& s) { s.sensor.rows = 0; }, OVT_BAD_ARGUMENT, "rows"},
       {[](Small& s) { s.sensor.cols = 16385; }, OVT_BAD_ARGUMENT, "cols"},
       {[](Small& s) { s.sensor.azimuth_left_rad = -2; }, OVT_BAD_ARGUMENT, "azimuth"},
+      {[](Small& s) { s.sensor.azimuth_left_rad = 1e-40, s.sensor.azimuth_right_rad = 0; }, OVT_BAD_ARGUMENT,
+       "1e-6 rad for each column"},
       {[](Small& s) { s.sensor.range_max_m = 0.1; }, OVT_BAD_ARGUMENT, "range_max_m"},
       {[](Small& s) { s.sensor.layer_first = -1; }, OVT_BAD_ARGUMENT, "layer_first"},
       {[](Small& s) { s.sensor.point_capacity = 0; }, OVT_BAD_ARGUMENT, "point_capacity"},

@@ -59,6 +59,35 @@ TEST_CASE("float mode: the same bytes whatever the caller's rounding, which is b
   set_usual();
 }
 
+TEST_CASE("float mode: parameters and log functions have the usual rounding in any mode of the caller") {
+  const auto read_all = [](int mode) {
+    std::fesetround(mode);
+    ovt_params params = ovt_default_params();
+    const int32_t count = ovt_param_count();
+    std::vector<double> values(std::size_t(count), 0.0);
+    for (int32_t i = 0; i < count; ++i) {
+      ovt_param_info info = {};
+      REQUIRE(ovt_describe_param_sized(i, &info, sizeof info) == OVT_OK);
+      REQUIRE(ovt_get_param(&params, info.name, &values[std::size_t(i)]) == OVT_OK);
+    }
+    set_usual();
+    return values;
+  };
+  const std::vector<double> usual = read_all(FE_TONEAREST);
+  for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) CHECK(read_all(mode) == usual);
+
+  DetectorBench bench({});
+  static volatile double sum = 0, tiny = 1e-30;
+  bench.def.log = [](ovt_log_level, const char*, void*) { sum = 1.0 + tiny; };
+  bench.create();
+  sum = 0;
+  std::fesetround(FE_UPWARD);
+  CHECK(ovt_push_scan(bench.detector, nullptr) == OVT_BAD_ARGUMENT);
+  CHECK(std::fegetround() == FE_UPWARD);
+  set_usual();
+  CHECK(sum == 1.0);
+}
+
 #ifdef __GLIBC__
 TEST_CASE("float mode: a caller that traps invalid operations is not interrupted by the library's") {
   if (feenableexcept(FE_INVALID) == -1) return;  // a processor without traps

@@ -275,6 +275,37 @@ TEST_CASE("frame_assembler: a clock that goes back by whole periods restarts at 
   }
 }
 
+TEST_CASE("frame_assembler: a jump takes back the late scans of its new clock, not those of a third one") {
+  AssemblerBench bench;
+  for (int64_t k = 0; k < 100; ++k) bench.sweep(50 * k);
+  for (int64_t k = 100; k < 120; ++k) {  // the clock of sensor 2 is 10 s ahead
+    bench.sweep(50 * k, {0, 1});
+    CHECK(bench.scan(2, 50 * k + 10'000) != IntakeResult::kUsed);
+  }
+  bench.assembler.take_settled();
+  for (int64_t k = 0; k < 3; ++k)  // those of 0 and 1 go back by 4 s
+    for (const int32_t s : {0, 1}) bench.scan(s, 2010 + 50 * k + s);
+  CHECK(bench.assembler.clock_jumps() == 1);
+  CHECK(bench.assembler.take_settled().late_before_jump == 4);
+}
+
+TEST_CASE("frame_assembler: rows that were held when the clock stepped back become no frame later") {
+  AssemblerBench bench;
+  for (int64_t k = 0; k < 800; ++k) bench.sweep(50 * k);
+  CHECK(bench.external(40150) == IntakeResult::kHeld);
+  for (int64_t k = 0; k < 2; ++k) {  // two of three go back by 30 s
+    for (const int32_t s : {0, 1}) CHECK(bench.scan(s, 10010 + 50 * k + s) == IntakeResult::kLate);
+    CHECK(bench.scan(2, 40002 + 50 * k) == IntakeResult::kUsed);
+  }
+  for (int64_t k = 2; k < 700; ++k) {
+    for (const int32_t s : {0, 1, 2}) bench.scan(s, 10010 + 50 * k + s);
+    for (const ClosedFrame& frame : bench.runner.closed) REQUIRE(frame.kind == FrameKind::kScans);
+    bench.runner.closed.clear();
+  }
+  CHECK(bench.assembler.clock_jumps() == 1);
+  CHECK(bench.assembler.take_settled().external_dropped == 1);
+}
+
 TEST_CASE("frame_assembler: the last stamp of a sensor is a duplicate, however old it is; earlier ones are late then") {
   AssemblerBench bench;
   for (int64_t k = 0; k < 4; ++k) bench.sweep(50 * k);

@@ -252,6 +252,9 @@ class Node {
     add(detector, "clock_jumps", stats.clock_jumps);
     add(detector, "ego_poses", stats.ego_poses);
     add(detector, "ego_dropped", stats.ego_dropped);
+    add(detector, "ego_held", stats.ego_held);
+    add(detector, "ego_rates_wrong", stats.ego_rates_wrong);
+    add(detector, "ego_noisy", stats.ego_noisy);
     add(detector, "detections", int64_t(newest_.detections));
     add(detector, "tracks", int64_t(newest_.tracks));
     add(detector, "tracks_confirmed", int64_t(newest_.confirmed));

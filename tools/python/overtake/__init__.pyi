@@ -164,7 +164,8 @@ class Detections(_Columns):
         """(n,), ns: mean stamp of its points."""
     @property
     def x_m(self) -> _Floats:
-        """(n,), m: centre of the imposed rectangle, vehicle frame at stamp_ns."""
+        """(n,), m: centre of the imposed rectangle (best: of the car, by the side that is seen), vehicle frame at
+        stamp_ns."""
     @property
     def y_m(self) -> _Floats:
         """(n,), m: centre of the imposed rectangle."""
@@ -294,7 +295,7 @@ class Tracks(_Columns):
         """(n,), m: extent of the last detection."""
     @property
     def age(self) -> _Ints:
-        """(n,): iterations since its initiation."""
+        """(n,): iterations since its initiation in which a sensor could see it."""
     @property
     def hits(self) -> _Ints:
         """(n,): hits among the last N iterations."""
@@ -343,7 +344,7 @@ class Tracks(_Columns):
         own_shadow, 4 outside. None with preset paper."""
     @property
     def unseen_s(self) -> _Doubles | None:
-        """(n,), s: time since its last detection. None with preset paper."""
+        """(n,), s: time since its last detection or faint points. None with preset paper."""
     @property
     def heading_sigma_rad(self) -> _Doubles | None:
         """(n,), rad: standard deviation of heading_rad. None with preset paper."""
