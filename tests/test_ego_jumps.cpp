@@ -156,7 +156,7 @@ TEST_CASE(
   CHECK(jumps.since_jump_s(now_ns + 8 * kStep_ns) == 0.0);
 }
 
-TEST_CASE("ego jumps: a far jump is one that no vehicle can make at the speed that it pushes") {
+TEST_CASE("ego jumps: a far jump is 5 m from where the places lead, or farther by the speed that is pushed") {
   const auto since = [](double jump_m, double speed_share) {
     EgoJumps jumps;
     int64_t now_ns = 0;
@@ -172,8 +172,10 @@ TEST_CASE("ego jumps: a far jump is one that no vehicle can make at the speed th
   };
   constexpr double kNever = std::numeric_limits<double>::infinity();
   CHECK(since(0, 1) == kNever);
-  CHECK(since(8, 1) == kNever);
-  CHECK(since(-8, 1) == kNever);
+  CHECK(since(4.5, 1) == kNever);
+  CHECK(since(-4.5, 1) == kNever);
+  CHECK(since(6, 1) == doctest::Approx(0.45));  // the places alone tell it
+  CHECK(since(-6, 1) == doctest::Approx(0.45));
   CHECK(since(10, 1) == doctest::Approx(0.45));
   CHECK(since(-10, 1) == doctest::Approx(0.45));
   // A speed that is pushed as 0 looks like jumps again and again, so hardly any time goes by after the last one.

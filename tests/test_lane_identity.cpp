@@ -569,6 +569,30 @@ TEST_CASE("lane identity: a car that leaves its track by 2 m has its id and a tr
   }
 }
 
+TEST_CASE("lane identity: a part of a car that is seen once while the car is not does not hand its speed to the car") {
+  for (const double ahead_m : {-2.2, 2.2}) {
+    CAPTURE(ahead_m);
+    LaneBench bench;
+    const TrackId id = bench.follow(30);
+    bench.input.ego.speed_mps = 0;  // a birth begins with a speed like this
+    for (int32_t k = 30; k < 40; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      const double x_m = 50 * kFrame_s * k;
+      bench.step(k, k == 34   ? std::vector<Measurement>{seen_car(x_m + ahead_m, 1.0, k)}
+                    : k >= 37 ? std::vector<Measurement>{seen_car(x_m, 0.0, k)}
+                              : std::vector<Measurement>{});
+      for (int32_t i = 0; i < bench.rows.count; ++i)
+        if (bench.rows.id[i] == id) {
+          CAPTURE(k);
+          CHECK(bench.rows.speed_mps[i] > 44.0);
+          CHECK(std::fabs(bench.rows.x_m[i] - x_m) < 2.5);
+        }
+    }
+    CHECK(bench.confirmed() == 1);
+    CHECK(bench.rows.id[0] == id);
+  }
+}
+
 TEST_CASE("lane identity: a track's time does not go back where another one takes it over") {
   // From frame 40 on the detections are 56 ms older than their frames, and 3 m behind the track.
   const test::CircleRoad ring = make_ring(1e6);

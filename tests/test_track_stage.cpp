@@ -32,7 +32,7 @@ struct Bench {
     REQUIRE(build_frame(frame, sizes, default_allocator()));
   }
 
-  double yaw_rad = 1.5707963267948966, heading_rad = kNan;
+  double yaw_rad = 1.5707963267948966, roll_rad = 0, heading_rad = kNan;
 
   // One pushed detection 20 m ahead. The ego pose, at the origin with heading yaw_rad, is `age_ns` old; < 0: no pose.
   void run(int64_t stamp_ns, int64_t age_ns, int32_t reference = OVT_REFERENCE_VEHICLE, double var_x = kNan,
@@ -45,6 +45,7 @@ struct Bench {
     frame.ego.poses[0] = {};
     frame.ego.poses[0].stamp_ns = stamp_ns - age_ns;
     frame.ego.poses[0].yaw_rad = yaw_rad;
+    frame.ego.poses[0].roll_rad = roll_rad;
     frame.external.count = 1;
     frame.external.x_m[0] = 20;
     frame.external.y_m[0] = 0;
@@ -56,11 +57,13 @@ struct Bench {
     frame.external.score[0] = kNan;
     stage.run(frame);
   }
-  void predict(int64_t stamp_ns) {
+  void predict(int64_t stamp_ns, bool with_pose = false) {
     reset_frame(frame);
     frame.kind = FrameKind::kPrediction;
     frame.stamp_ns = stamp_ns;
-    frame.ego.count = 0;
+    frame.ego.count = with_pose ? 1 : 0;
+    frame.ego.poses[0] = {};
+    frame.ego.poses[0].stamp_ns = stamp_ns;
     stage.run(frame);
   }
 };
@@ -265,6 +268,17 @@ TEST_CASE("track stage: the covariance of a detection pushed in the vehicle fram
   }
 }
 
+TEST_CASE("track stage: on a bank the covariance of a row in the vehicle frame lies in the vehicle's plane") {
+  Bench bench;
+  bench.yaw_rad = 0, bench.roll_rad = 0.35;
+  bench.run(1000 * kMs, 0, OVT_REFERENCE_VEHICLE, 4.0, 1.0, 0.5);
+  REQUIRE(bench.frame.tracks.count == 1);
+  const double level = std::cos(0.35);  // 1 m to the left is so far on the map
+  CHECK(bench.frame.tracks.covariance[0][0] == doctest::Approx(4.0).epsilon(1e-9));
+  CHECK(bench.frame.tracks.covariance[1][0] == doctest::Approx(0.5 * level).epsilon(1e-9));
+  CHECK(bench.frame.tracks.covariance[2][0] == doctest::Approx(level * level).epsilon(1e-9));
+}
+
 TEST_CASE("track stage: an older frame is filtered again and counted, one too old is late") {
   Bench bench;
   for (int k = 0; k < 6; ++k) bench.run((1000 + 50 * k) * kMs, 0);
@@ -322,13 +336,7 @@ TEST_CASE("track stage: a prediction does not move the tracks to the map") {
   Bench bench;
   for (int k = 0; k < 5; ++k) bench.run((1000 + 50 * k) * kMs, -1);
   REQUIRE(bench.frame.reference == OVT_REFERENCE_VEHICLE);
-  reset_frame(bench.frame);
-  bench.frame.kind = FrameKind::kPrediction;
-  bench.frame.stamp_ns = 1300 * kMs;
-  bench.frame.ego.count = 1;
-  bench.frame.ego.poses[0] = {};
-  bench.frame.ego.poses[0].stamp_ns = 1300 * kMs;
-  bench.stage.run(bench.frame);
+  bench.predict(1300 * kMs, true);
   CHECK(bench.frame.reference == OVT_REFERENCE_VEHICLE);
   CHECK(bench.frame.tracks.count == 1);
   bench.run(1350 * kMs, 0);
@@ -590,6 +598,23 @@ TEST_CASE("track stage: scans without an ego pose end the map that pushed rows c
   empty.frame.ego.count = 0;
   empty.stage.run(empty.frame);
   CHECK(empty.frame.reference == OVT_REFERENCE_VEHICLE);
+}
+
+TEST_CASE("track stage: a prediction with an ego pose does not make the map, which pushed rows chose, the ego pose's") {
+  for (const bool asks : {false, true}) {
+    CAPTURE(asks);
+    Bench bench;
+    bench.run(0, -1, OVT_REFERENCE_MAP);
+    if (asks) {
+      bench.predict(50 * kMs, true);
+      REQUIRE(bench.frame.ego_known == 1);
+    }
+    reset_frame(bench.frame);
+    bench.frame.stamp_ns = 1000 * kMs;  // scans without a pose
+    bench.frame.ego.count = 0;
+    bench.stage.run(bench.frame);
+    CHECK(bench.frame.reference == OVT_REFERENCE_VEHICLE);
+  }
 }
 
 TEST_CASE("track stage: the map that pushed rows chose stays once an ego pose was known") {

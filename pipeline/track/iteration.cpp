@@ -36,11 +36,7 @@ double value_or_none(double value, double low, double high) noexcept {
 
 // Keeps the measurement's covariance if it is valid, else uses R of the parameters.
 Measurement make_sane(Measurement z, const double* r_diag) noexcept {
-  if (r_diag && !is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {
-    z.var_x = r_diag[0];
-    z.var_y = r_diag[1];
-    z.cov_xy = 0.0;
-  }
+  if (r_diag) ensure_covariance(r_diag, z);
   z.heading_rad = wrap_angle(value_or_none(z.heading_rad, -kMaxAngle_rad, kMaxAngle_rad));
   z.length_m = value_or_none(z.length_m, 0.0, 1e3);
   z.width_m = value_or_none(z.width_m, 0.0, 1e3);
@@ -51,12 +47,12 @@ Measurement make_sane(Measurement z, const double* r_diag) noexcept {
 
 }  // namespace
 
-int32_t count_unusable(const Measurement& z, bool has_covariance) noexcept {
+int32_t count_unusable(const Measurement& z, bool gives_covariance) noexcept {
   const Measurement sane = make_sane(z, nullptr);
   const auto is_lost = [](double given, double kept) { return given == given && kept != kept; };
-  return (has_covariance && !is_position_covariance(z.var_x, z.var_y, z.cov_xy)) +
-         is_lost(z.heading_rad, sane.heading_rad) + is_lost(z.length_m, sane.length_m) +
-         is_lost(z.width_m, sane.width_m) + is_lost(z.height_m, sane.height_m) + is_lost(z.score, sane.score);
+  return (gives_covariance && !has_covariance(z)) + is_lost(z.heading_rad, sane.heading_rad) +
+         is_lost(z.length_m, sane.length_m) + is_lost(z.width_m, sane.width_m) + is_lost(z.height_m, sane.height_m) +
+         is_lost(z.score, sane.score);
 }
 
 namespace {
@@ -129,7 +125,7 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
 }
 
 void EgoJumps::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
-  jumped = false;
+  jumped = jumped_far = false;
   if (!now.known) {
     has_way = since.known = false;
     return;
@@ -152,10 +148,7 @@ void EgoJumps::follow(int64_t now_ns, const TrackerEgo& now) noexcept {
     const double most_m = std::max(kPoseJump_m, kPoseJumpShare * speed_mps * (dt_s + kPoseFade_s));
     const double far_m = kFarJump_m + std::fabs(way_m);
     if (!(off_x_m * off_x_m + off_y_m * off_y_m < most_m * most_m && std::fabs(off_rad) < kPoseJump_rad)) jumps = true;
-    if (!(far_x_m * far_x_m + far_y_m * far_y_m < far_m * far_m)) {
-      jumped_far_ns = now_ns;
-      far_x_m = far_y_m = 0.0;
-    }
+    if (!(far_x_m * far_x_m + far_y_m * far_y_m < far_m * far_m)) note_far_jump(now_ns);
   }
   follow_way(now_ns, last, dt_s);
   jumped = jumped && jumps;
@@ -176,6 +169,8 @@ void EgoJumps::follow_way(int64_t now_ns, const TrackerEgo& last, double dt_s) n
     const double off_m = hypot_f64(jump_x_m, jump_y_m);
     follows = off_m < kError_m + kMostAcceleration * dt_s * dt_s;
     jumped = !follows && off_m > kPoseJump_m && off_m <= kFarJump_m;
+    jumped_far = !follows && off_m > kFarJump_m;
+    if (jumped_far) note_far_jump(now_ns);
     doubts = follows ? 0 : doubts + 1;
     if (doubts >= kMostDoubts) has_way = since.known = false;
   }

@@ -47,10 +47,10 @@ struct EgoJumps {
   // How far poses were from where the last ones led: sums that fade. A jump ends the first ones, a far jump the last.
   double off_x_m = 0, off_y_m = 0, off_rad = 0, far_x_m = 0, far_y_m = 0;
   int64_t jumped_ns = 0;              // stamp of the last jump; the first pose is one
-  int64_t jumped_far_ns = INT64_MIN;  // of the last one that no vehicle can make at the speed that it pushes
-  // Of the last iteration: whether the pose jumped, and how far from where the way before leads. A pushed speed may be
-  // wrong for long, so a jump that moves tracks is one of the places, too.
-  bool jumped = false;
+  int64_t jumped_far_ns = INT64_MIN;  // of the last one by over 5 m, by the pushed speed or by the places alone
+  // Of the last iteration: whether the pose jumped by 0.5 to 5 m, or farther, and how far from where the way before
+  // leads. A pushed speed may be wrong for long, so a jump that moves tracks is one of the places, too.
+  bool jumped = false, jumped_far = false;
   double jump_x_m = 0, jump_y_m = 0;
   TrackerEgo since;  // the place from which the velocity of the way is measured
   int64_t since_ns = 0;
@@ -60,6 +60,7 @@ struct EgoJumps {
 
   void follow(int64_t now_ns, const TrackerEgo& now) noexcept;
   void follow_way(int64_t now_ns, const TrackerEgo& last, double dt_s) noexcept;
+  void note_far_jump(int64_t now_ns) noexcept { jumped_far_ns = now_ns, far_x_m = far_y_m = 0.0; }
   // Infinite before the first one.
   double since_jump_s(int64_t now_ns) const noexcept;
   double since_far_jump_s(int64_t now_ns) const noexcept;
@@ -101,7 +102,7 @@ struct Iteration {
 };
 
 // Values of a row that are given and count as not measured. A covariance is one value; r_diag stands in for it.
-int32_t count_unusable(const Measurement& z, bool has_covariance) noexcept;
+int32_t count_unusable(const Measurement& z, bool gives_covariance) noexcept;
 
 // Fills the input: the frame's valid values, and its measurements in an order that depends on their values.
 void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept;

@@ -170,6 +170,10 @@ bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t
   if (o.stage != LaneStage::kTentative && took_over(s, slot, o, other)) return true;
   if (o.stage == LaneStage::kTentative || o.unseen_s <= kRecent_s) {
     if (s.stage != LaneStage::kTentative && s.unseen_s > kRecent_s) return false;
+    // It would go on with the younger one's estimate, whose speed may still be that of its birth.
+    if (o.stage == LaneStage::kConfirmed && s.stage == LaneStage::kTentative && o.unseen_s > kTakenOver_s &&
+        s.estimate.covariance[2][2] > o.estimate.covariance[2][2])
+      return false;
     const bool are_confirmed = s.stage == LaneStage::kConfirmed;  // the elder is, too, or was
     return is_same_place(o, place_[other], place_[slot], are_confirmed ? kSameConfirmed : kSameTentative) &&
            (!are_confirmed || is_one_car(o, place_[other], s, place_[slot]));

@@ -40,10 +40,18 @@ struct Measurement {
 inline bool is_cluster(const Measurement& z) noexcept { return z.points > 0 && std::isfinite(z.height_m); }
 
 // Positive definite, with variances of 1e-12 to 1e12 m^2.
-inline bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept {
+inline bool has_covariance(const Measurement& z) noexcept {
   const auto is_variance = [](double v) { return v >= 1e-12 && v <= 1e12; };
-  if (!is_variance(var_x) || !is_variance(var_y)) return false;
-  return var_x * var_y - cov_xy * cov_xy > 1e-9 * var_x * var_y;  // not when it is NaN
+  if (!is_variance(z.var_x) || !is_variance(z.var_y)) return false;
+  return z.var_x * z.var_y - z.cov_xy * z.cov_xy > 1e-9 * z.var_x * z.var_y;  // not when it is NaN
+}
+
+// A measurement without a valid covariance gets the tracker's R.
+inline void ensure_covariance(const double* r_diag, Measurement& z) noexcept {
+  if (has_covariance(z)) return;
+  z.var_x = r_diag[0];
+  z.var_y = r_diag[1];
+  z.cov_xy = 0.0;
 }
 
 // The measurements of one frame.

@@ -39,7 +39,7 @@ class TrackSet {
       jumps_.follow(it.stamp_ns, it.ego);
       it.since_ego_jump_s = jumps_.since_jump_s(it.stamp_ns);
       it.since_far_ego_jump_s = jumps_.since_far_jump_s(it.stamp_ns);
-      it.ego_jumped = jumps_.jumped;
+      it.ego_jumped = jumps_.jumped || jumps_.jumped_far;
       for (int32_t slot = 0; jumps_.jumped && slot < params_.track_capacity; ++slot)
         if (head_[slot].alive) policy_.move_with_ego(state_[slot], jumps_.jump_x_m, jumps_.jump_y_m);
     }

@@ -47,25 +47,17 @@ void add_heading_variance(double sigma_rad, float x, float y, Measurement& z) no
   z.cov_xy -= variance * x_m * y_m;
 }
 
-// Transforms a measurement without a height, of a level vehicle, to the map.
+// Transforms a measurement in the vehicle's plane to the map.
 void turn_to_map(const EgoState& ego, Measurement& z) noexcept {
   ego.to_map(z.x_m, z.y_m, 0.0, z.x_m, z.y_m);
   z.heading_rad = std::fabs(z.heading_rad) <= kMaxAngle_rad ? ego.heading_to_map(z.heading_rad) : kNotMeasured;
-  const double c = ego.r[0], s = ego.r[3];
-  const double xx = z.var_x, yy = z.var_y, xy = z.cov_xy;
-  z.var_x = c * c * xx - 2 * c * s * xy + s * s * yy;
-  z.var_y = s * s * xx + 2 * c * s * xy + c * c * yy;
-  z.cov_xy = c * s * (xx - yy) + (c * c - s * s) * xy;
+  turn_covariance(ego.r[0], ego.r[1], ego.r[3], ego.r[4], z);
 }
 
 // Adds the variance of the ego pose. A measurement without a valid covariance gets the tracker's R first.
 void widen(const TrackerParams& params, double variance, Measurement& z) noexcept {
   if (!(variance > 0)) return;
-  if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {
-    z.var_x = params.r_diag[0];
-    z.var_y = params.r_diag[1];
-    z.cov_xy = 0.0;
-  }
+  ensure_covariance(params.r_diag, z);
   z.var_x += variance;
   z.var_y += variance;
 }
@@ -200,6 +192,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .front = in.heading_rad[i] == in.heading_rad[i],
          .score = in.score[i]};
     frame.values_ignored += count_unusable(z, in.var_x[i] == in.var_x[i]);
+    if (!has_covariance(z)) z.var_x = z.var_y = z.cov_xy = kNotMeasured;  // nor has it one after the turn
     if (turn) turn_to_map(ego, z);
     widen(params_, variance, z);
   }
@@ -235,7 +228,7 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
 // Without one, scans that come after such rows are tracked in the vehicle frame.
 void TrackStage::choose_reference(Frame& frame) noexcept {
   const bool scans = frame.kind == FrameKind::kScans;
-  if (frame.ego_known) rows_chose_map_ = false;
+  if (frame.ego_known && frame.kind != FrameKind::kPrediction) rows_chose_map_ = false;
   if (scans && rows_chose_map_) {
     tracker_->restart();
     reference_ = OVT_REFERENCE_VEHICLE;
