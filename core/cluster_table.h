@@ -93,9 +93,9 @@ struct ClusterPlaceTable {
   float *cos = nullptr, *sin = nullptr;           // of psi_REF
   float *low_1_m = nullptr, *high_1_m = nullptr;  // box of the points
   float *low_2_m = nullptr, *high_2_m = nullptr;
-  // Scratch of join_shards: by row; lists of rows, by number of points and by place; in the order of `next`, the middle
-  // of the box (vehicle frame) and the next place of the same cell; and the places near one row, with their boxes on
-  // its axes.
+  // Scratch of join_shards, `group` also of keep_off_walls: by row; lists of rows, by number of points and by place; in
+  // the order of `next`, the middle of the box (vehicle frame) and the next place of the same cell; and the places near
+  // one row, with their boxes on its axes.
   int32_t *group = nullptr, *order = nullptr, *next = nullptr;
   float *next_x_m = nullptr, *next_y_m = nullptr;
   int32_t *next_in_cell = nullptr, *near = nullptr;

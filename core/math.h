@@ -29,6 +29,7 @@ inline constexpr double kTwoPi = 6.28318530717958647693;
 inline constexpr float kPiF = 3.14159265358979323846f;  // 8.7e-8 above pi
 inline constexpr float kHalfPiF = 1.57079632679489661923f;
 inline constexpr float kTwoPiF = 6.28318530717958647693f;
+inline constexpr float kSqrt2F = 1.41421357f;
 
 // The free functions for V = float. They use compiler built-ins, not std::fabs: the linker could take a library's
 // inline function from a file built for AVX and use it for every CPU.

@@ -62,7 +62,7 @@ struct PointTable {
   int32_t* pixel = nullptr;        // scatter_points: row * stride + column in the images, -1 none
   int32_t* label = nullptr;        // scatter_points: ground or none; label_points, mark_smoke, mark_own_body
   uint8_t* lost = nullptr;         // scatter_points: 1 if another point won its pixel, else 0
-  uint8_t* reason = nullptr;       // Reason; project_points, scatter_points, label_points
+  uint8_t* reason = nullptr;       // Reason; the same steps as `label`, and project_points
 };
 // clang-format off
 template <class F>

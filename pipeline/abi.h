@@ -52,7 +52,7 @@ ovt_status give(const T& value, T* out, size_t out_size) {
   return OVT_OK;
 }
 
-// Zeroes a struct of a known size and sets struct_size. The caller then sets the defaults.
+// Gives a struct of a known size the defaults, as far as it goes, and its struct_size.
 template <class T>
 ovt_status init(T* out, size_t struct_size, const T& defaults) {
   if (!out) return OVT_BAD_ARGUMENT;

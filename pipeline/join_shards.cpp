@@ -24,7 +24,7 @@ namespace {
 constexpr int32_t kFree = -1;
 constexpr float kApronReach_m = 40.0f;  // farther away few cars on the apron fall into several clusters
 constexpr float kInFront_m = 0.3f;      // rain or spray is nearer than a body by as much
-constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
+constexpr float kRounding_m = 0.01f;
 constexpr int32_t kCells = 32;  // to a side; places that many cells apart share a list
 
 struct Group {
@@ -90,7 +90,7 @@ class Joiner {
     const float given_m = params_.bound_m;  // below 0: neither the circuit nor its apron
     const float bound_m = given_m < 0.0f ? given_m : max_of(given_m, float(find_outside(context_, frame_)));
     const CarLimits& limits = params_.limits;
-    const float longest_side_m = kSqrt2 * max_of(limits.length_m, limits.width_m) + kRounding_m;
+    const float longest_side_m = kSqrt2F * max_of(limits.length_m, limits.width_m) + kRounding_m;
     count_ = 0;
     for (int32_t row = 0; row < merged_.count; ++row) {
       places_.group[row] = row;
@@ -111,7 +111,7 @@ class Joiner {
       return points_a != points_b ? points_a > points_b : is_before(a, b);
     });
     std::sort(places_.next, places_.next + count_, [this](int32_t a, int32_t b) { return is_before(a, b); });
-    cells_per_m_ = 1.0f / (longest_side_m + kSqrt2 * kRounding_m);
+    cells_per_m_ = 1.0f / (longest_side_m + kSqrt2F * kRounding_m);
     std::fill_n(&first_[0][0], kCells * kCells, -1);
     for (int32_t k = 0; k < count_; ++k) {
       const int32_t row = places_.next[k];

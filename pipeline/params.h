@@ -14,12 +14,12 @@
 
 namespace overtake {
 
-// Parameters of one sensor's segmentation, as the kernels take them.
 // Box of the own car, from the vehicle's origin.
 struct OwnBodyParams {
   float back_m, front_m, side_m;
 };
 
+// Parameters of one sensor's segmentation, as the kernels take them.
 struct SegmentParams {
   FillGapsParams fill_gaps;
   AngleImageParams angle_image;

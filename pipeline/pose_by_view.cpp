@@ -129,8 +129,6 @@ Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bo
 
 // ---- class ----------------------------------------------------------------------------------------------------------
 
-constexpr float kSqrt2 = 1.41421357f;
-
 // The longer side of the tightest box around the points of a cluster.
 float measure_longest(const Frame& frame, int32_t row, const OrientedBox& box) {
   constexpr int32_t kStep = 5;  // deg
@@ -195,7 +193,7 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
   const float width_m = context.detect.fit_rectangle.width_m, debris_m = context.detect.pose_by_view.debris_m;
   float longest_m = max_of(box.length(), box.width());
   // A box that stands at an angle to the heading is longer along it than its own side.
-  if (longest_m >= kCarShare * width_m && longest_m < kSqrt2 * kCarShare * width_m)
+  if (longest_m >= kCarShare * width_m && longest_m < kSqrt2F * kCarShare * width_m)
     longest_m = measure_longest(frame, row, box);
   if (longest_m >= kCarShare * width_m)
     return is_beside_ground(context, frame, row) ? ObjectClass::kUnknown : ObjectClass::kCar;

@@ -80,13 +80,13 @@ void keep_nearest(const StageContext& context, Frame& frame) noexcept;
 
 // Gates of preset best. Number of points; own body; length and width along psi_REF, or, with enough points for psi_VAR,
 // along any heading; height, and heights over the ground.
-//   reads  merged, places, members, cluster points, their pixels and heights
+//   reads  merged, places, members, smoke_limit, scans, cluster points, their pixels and heights
 //   writes  kept, kept_count, candidate_count, gated_points, gated_own, gated_size
 void keep_car_shaped(const StageContext& context, Frame& frame) noexcept;
 
 // The car's centre, by what is seen of it, inside the bounds; on the apron only what is a car beyond doubt. By the ego
 // heading that the walls tell, where they contradict the published one.
-//   reads  kept, merged, members, places, walls, smoke_limit, scans, cluster points, their pixels and heights,
+//   reads  kept, merged, members, places, walls, smoke_limit, scans, cluster points, their pixels and heights, labels,
 //          ego_off_map_m
 //   writes  kept, kept_count, gated_map
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept;
@@ -106,7 +106,8 @@ void keep_solid(const StageContext& context, Frame& frame) noexcept;
 
 // Clusters with too few points for a detection that pass all other gates, far away and where the bounds are known: what
 // a known car may show of itself. They lie behind the kept ones, and go to the tracker only.
-//   reads  kept_count, merged, members, places, walls, cluster points, their pixels and heights, ego_off_map_m
+//   reads  kept_count, merged, members, places, walls, smoke_limit, scans, cluster points, their pixels and heights,
+//          ego_off_map_m
 //   writes  kept behind kept_count, faint_count
 void list_faint(const StageContext& context, Frame& frame) noexcept;
 

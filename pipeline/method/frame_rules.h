@@ -82,20 +82,21 @@ inline constexpr FrameRule join_shards = {
     .run = &overtake::join_shards,
     .uses_places = true};
 
-inline constexpr FrameRule keep_car_shaped = {.name = "keep_car_shaped",
-                                              .stage = OVT_STAGE_GATE,
-                                              .reads = columns(clusters, cluster_points, point_pixel, height_m),
-                                              .params =
-                                                  "gate.min_points gate.slack gate.width_slack_m gate.height_m "
-                                                  "gate.lowest_m gate.top_m gate.own_back_m gate.own_front_m "
-                                                  "gate.own_side_m vehicle pose.min_var_points",
-                                              .run = &overtake::keep_car_shaped,
-                                              .uses_places = true};
+inline constexpr FrameRule keep_car_shaped = {
+    .name = "keep_car_shaped",
+    .stage = OVT_STAGE_GATE,
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, height_m),
+    .params =
+        "gate.min_points gate.slack gate.width_slack_m gate.height_m "
+        "gate.lowest_m gate.top_m gate.own_back_m gate.own_front_m "
+        "gate.own_side_m vehicle pose.min_var_points",
+    .run = &overtake::keep_car_shaped,
+    .uses_places = true};
 
 inline constexpr FrameRule keep_inside_bounds = {
     .name = "keep_inside_bounds",
     .stage = OVT_STAGE_GATE,
-    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, height_m),
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label, height_m),
     .params = "gate.inside_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
     .run = &overtake::keep_inside_bounds,
     .uses_places = true};
@@ -103,7 +104,7 @@ inline constexpr FrameRule keep_inside_bounds = {
 inline constexpr FrameRule keep_off_walls = {
     .name = "keep_off_walls",
     .stage = OVT_STAGE_GATE,
-    .reads = columns(clusters, cluster_points, point_pixel, height_m),
+    .reads = columns(clusters, cluster_points, pixel_point, point_pixel, height_m),
     .params = "gate.wall_m ego_heading.wall_length_m vehicle.width_m class.debris_m",
     .run = &overtake::keep_off_walls,
     .uses_places = true};
@@ -127,7 +128,7 @@ inline constexpr FrameRule keep_solid = {
 inline constexpr FrameRule list_faint = {
     .name = "list_faint",
     .stage = OVT_STAGE_GATE,
-    .reads = columns(clusters, cluster_points, point_pixel, height_m),
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, height_m),
     .params =
         "gate.min_points gate.slack gate.width_slack_m gate.height_m "
         "gate.lowest_m gate.top_m gate.inside_m gate.range_m gate.free_range_m vehicle "
