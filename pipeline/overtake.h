@@ -586,8 +586,8 @@ OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
  * With OVT_PUSH_WAIT and workers it waits for the scans that were pushed before, if it would overwrite poses that they
  * use: so the poses of a frame do not depend on worker_count, if one thread pushes poses and scans.
  * Preset best: roll and pitch that are both 0, or stay the same over a way, mean that nothing measured them (a
- * localisation in the plane). Such a pose tells no heights of the road, and on the circuit of a map with banking it gets
- * the attitude of a vehicle on the bank. A place that is held at speed is moved on, and not used after 0.15 s
+ * localisation in the plane). Such a pose tells no heights of the road, and on the circuit of a map with banking it
+ * gets the attitude of a vehicle on the bank. A place that is held at speed is moved on, and not used after 0.15 s
  * (ego_held); a yaw rate that the yaws contradict is replaced (ego_rates_wrong); a place with noise is smoothed
  * (ego_noisy). See pipeline/README.md, "Poses that contradict themselves". */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);

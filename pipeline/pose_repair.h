@@ -20,7 +20,7 @@ class PoseRepair {
   enum class Found : uint32_t { kHeld = 1, kLost = 2, kWrongRate = 4, kNoise = 8 };
 
   // Looks at a pose, and returns bits of Found.
-  //   kHeld       x and y are those of the pose before, at more than 1 m/s, and have moved before that: nothing measured
+  //   kHeld       x and y are those of the pose before, at more than 1 m/s, and have moved before: nothing measured
   //               them. The pose becomes the last one that was measured, moved on by speed and yaw
   //   kLost       so for more than 0.15 s: the pose is to be left out
   //   kWrongRate  the yaws of the last second contradict the yaw rates (sign, unit, or never set); the yaw rate becomes

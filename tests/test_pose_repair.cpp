@@ -269,8 +269,8 @@ TEST_CASE("pose repair: noise of a place is smoothed, a jump is not") {
     CHECK(std::fabs(r.pose.y_m - r.good.y_m - (r.good.stamp_ns > 3'000'000'000 ? 3.0 : 0.0)) < 0.5);
 }
 
-// Accelerations that speed, yaw and pitch do not tell: a slide whose angle grows, a spin that slides straight on, a crest
-// with pitch 0, and a speed that was never set.
+// Accelerations that speed, yaw and pitch do not tell: a slide whose angle grows, a spin that slides straight on, a
+// crest with pitch 0, and a speed that was never set.
 TEST_CASE("pose repair: a steady acceleration that the pose does not tell is no noise") {
   const auto poses = [](int64_t step_ms, const std::function<void(EgoPose&, double)>& make) {
     PoseRepair repair;

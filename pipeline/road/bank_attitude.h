@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Ego poses of a localisation in the plane: x, y and yaw, and zeros or the tilt of a mounting for the rest. They tell
-// nothing of the road's heights, and on a bank of 20 deg what is 10 m beside a vehicle without roll lies 0.6 m elsewhere
-// on the map.
+// nothing of the road's heights, and on a bank of 20 deg what is 10 m beside a vehicle without roll lies 0.6 m
+// elsewhere on the map.
 #pragma once
 
 #include <cstdint>
@@ -22,10 +22,10 @@ class BankAttitude {
     map_ = map && map->has_banking() ? map : nullptr;
   }
 
-  // A pose has no attitude if its roll and pitch are 0; if they have not changed over the last 20 m and differ by 1.5 deg
-  // from those of a vehicle on the bank; or, where the map tells no bank, if they have not changed over 100 m and a turn
-  // of 0.1 rad. Then has_attitude becomes false, and on the circuit of a map with banking the pose gets roll and pitch of
-  // a vehicle that stands there; over the metre beside it they fade. Any other pose stays as it is.
+  // A pose has no attitude if its roll and pitch are 0; if they have not changed over the last 20 m and differ by 1.5
+  // deg from those of a vehicle on the bank; or, where the map tells no bank, if they have not changed over 100 m and
+  // a turn of 0.1 rad. Then has_attitude becomes false, and on the circuit of a map with banking the pose gets roll
+  // and pitch of a vehicle that stands there; over the metre beside it they fade. Any other pose stays as it is.
   EgoPose complete(const EgoPose& pose) noexcept;
 
  private:
