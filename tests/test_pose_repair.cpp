@@ -192,6 +192,7 @@ TEST_CASE("pose repair: a late pose changes nothing, after a gap or a jump of th
   for (int64_t ms = 0; ms < 2500; ms += 10) {
     found = push(ms);
     if (ms % 100 == 0) CHECK(push(ms - 30) == 0);
+    CHECK(push(ms) == 0);  // a duplicate
   }
   CHECK(found == kWrongRate);
   for (const int64_t offset_ms : {500, -60'000}) {

@@ -412,7 +412,7 @@ TEST_CASE("serve: a port that is taken is a sentence") {
   const OneLog one;
   const auto again = [&] { serve::ViewServer({"127.0.0.1", one.server.port(), {one.path}, "", {}, nullptr}); };
   CHECK(error_of(again) ==
-        "port " + std::to_string(one.server.port()) + ": is taken by another program; choose one with --port");
+        "port " + std::to_string(one.server.port()) + ": is taken by another program; choose another one");
   CHECK(error_of([&] {
           serve::ViewServer({"203.0.113.9", 0, {one.path}, "", {}, nullptr});
         }).find("cannot be bound") != std::string::npos);

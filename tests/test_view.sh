@@ -82,7 +82,7 @@ fetch "${base}log/1" "Range: bytes=-1000" | cmp - <(tail -c 1000 race.mcap) || f
 fetch "${base}logs.json" | grep -q '"name":"view.mcap".*"name":"race.mcap"' || fail "logs.json: $(fetch "${base}logs.json")"
 fetch "$base" | gunzip | grep -qi '<html' || fail "there is no page"
 timeout 20 "$overtake" view view.mcap --no-open --port "$port" >stdout_2 2>stderr_2
-(($? == 1)) && [[ $(cat stderr_2) == "overtake: port $port: is taken by another program; choose one with --port" ]] ||
+(($? == 1)) && [[ $(cat stderr_2) == "overtake: port $port: is taken by another program; choose another one" ]] ||
   fail "a taken port: $(cat stdout_2 stderr_2)"
 end INT
 

@@ -41,7 +41,9 @@ void look_into(const io::BagTopic& topic, std::string_view data, TopicInfo& info
   try {
     if (io::is_type(topic, io::kPointCloud2Name)) {
       const io::PointCloud2 cloud = io::decode_point_cloud2(data);
-      info.points += int64_t(cloud.width) * cloud.height;
+      const uint64_t points = uint64_t(cloud.width) * cloud.height;
+      if (points > uint64_t(INT32_MAX)) throw std::runtime_error("no cloud has so many points");
+      info.points += int64_t(points);
       if (info.layout.empty()) info.layout = io::describe_layout(cloud);
       if (info.frame.empty()) info.frame = cloud.header.frame_id;
     } else if (io::is_type(topic, io::kOdometryName) && info.frame.empty()) {

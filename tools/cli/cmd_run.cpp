@@ -336,10 +336,11 @@ int run(const RunOptions& options) {
   frames.rethrow_failure();
   add_counters();
   progress.clear();
-  const std::string partial = interrupted() ? "interrupted after " + io::counted(sinks.counts.frames(), "frame") : "";
+  const bool stopped = interrupted();  // from here on a signal changes nothing
+  const std::string partial = stopped ? "interrupted after " + io::counted(sinks.counts.frames(), "frame") : "";
   if (sinks.view) sinks.view->close(partial);
   frames.finish();
-  if (!interrupted()) {
+  if (!stopped) {
     guard.keep(false);  // an option without effect: the results are not what the user asked for
     check_effects(options, config, *stream, session, sinks);
     guard.remove_leftovers(options.out, PictureSink::kNameBegin, ".png");  // of another run's --picture-at
@@ -358,7 +359,7 @@ int run(const RunOptions& options) {
   }
   const std::vector<std::string> faults = find_faults(config, *stream, session, sinks.counts);
   for (const std::string& fault : faults) std::fprintf(stderr, "overtake: %s\n", printable(fault).c_str());
-  if (interrupted()) {
+  if (stopped) {
     std::fprintf(stderr, "overtake: %s; the results so far are kept in files that end in .part\n", partial.c_str());
     return kInterrupted;
   }

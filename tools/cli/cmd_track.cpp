@@ -214,7 +214,8 @@ int track(const Options& options) {
   open_table({});
   tracks_csv->flush();
   progress.clear();
-  if (interrupted())
+  const bool stopped = interrupted();
+  if (stopped)
     guard.keep();
   else
     guard.commit();
@@ -233,10 +234,10 @@ int track(const Options& options) {
     for (const std::string& note : notes) std::printf("note: %s\n", printable(note).c_str());
   if (!options.quiet)
     for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
-  if (interrupted())
+  if (stopped)
     std::fprintf(stderr, "overtake: interrupted after %s; the results so far are kept in files that end in .part\n",
                  io::counted(int64_t(done), "scan").c_str());
-  return interrupted() ? kInterrupted : 0;
+  return stopped ? kInterrupted : 0;
 }
 
 }  // namespace

@@ -102,6 +102,14 @@ std::vector<std::string> bag_files(const std::string& folder) {
   return files;
 }
 
+// `ros2 bag record --compression-mode file` compresses whole files.
+void refuse_compressed(const std::string& folder) {
+  std::error_code code;
+  for (fs::directory_iterator at(folder, code), end; !code && at != end; at.increment(code))
+    if (const std::string name = at->path().string(); name.ends_with(".db3.zstd") || name.ends_with(".mcap.zstd"))
+      throw Error(name, 0, "is compressed as a whole; decompress it first (zstd -d)");
+}
+
 }  // namespace
 
 std::optional<std::string> read_attached(const std::string& path, const std::string& name) {
@@ -144,6 +152,7 @@ std::unique_ptr<BagReader> open_bag(const std::string& path) {
   if (fs::is_directory(path, code)) {
     check_one_kind(path);
     auto files = bag_files(path);
+    if (files.empty()) refuse_compressed(path);
     if (files.empty()) throw Error(path, 0, "holds neither " + extensions + " files");
     if (files.size() == 1) return open_bag(files[0]);
     return std::make_unique<SplitBag>(std::move(files));

@@ -282,9 +282,20 @@ void OutputGuard::check_clear(const std::string& folder) {
 
 void OutputGuard::clear(const std::string& folder) {
   check_clear(folder);
+  const std::lock_guard lock(mutex_);
   std::error_code code;
-  fs::remove_all(folder, code);
-  if (code) throw Error(folder, 0, "cannot be emptied: " + code.message());
+  std::vector<std::string> results;
+  for (fs::recursive_directory_iterator at(folder, code), end; !code && at != end; at.increment(code)) {
+    if (at->is_directory(code) && !at->is_symlink(code)) continue;
+    const std::string path = at->path().string(), place = real_place(path);
+    Folder* const known = folder_of(place);
+    const bool is_listed = known && known->files.erase(place.substr(known->place.size() + 1)) > 0;
+    if (is_listed || path.ends_with(kPartSuffix)) results.push_back(path);
+  }
+  for (const std::string& path : results) {
+    fs::remove(path, code);
+    if (code) throw Error(path, 0, "cannot be removed: " + code.message());
+  }
 }
 
 void OutputGuard::remove_leftovers(const std::string& path, std::string_view beginning, std::string_view ending) {

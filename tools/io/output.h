@@ -49,7 +49,7 @@ class OutputGuard {
   void check(const std::string& path);
   // Returns the path to write to. Throws Error.
   std::string begin(const std::string& path);
-  // Empties a folder of Overtake's results. Throws Error if it contains any other file.
+  // Removes Overtake's results from a folder. Throws Error if it holds any other file; with force those stay.
   void check_clear(const std::string& folder);
   void clear(const std::string& folder);
   // Removes from a result folder what earlier commands left there and this command does not replace: unchanged results

@@ -25,6 +25,10 @@ class Decoder {
       : size_(bytes.size()),
         buffer_(const_cast<char*>(bytes.data()), bytes.size()),
         cdr_(buffer_, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR) {
+    if (bytes.starts_with("\x28\xb5\x2f\xfd"))
+      throw std::runtime_error(
+          "it is compressed (ros2 bag record --compression-mode message); ros2 bag convert makes a "
+          "bag without");
     if (bytes.size() < 4 || bytes[0] != 0 || (bytes[1] != 0 && bytes[1] != 1))
       throw std::runtime_error("it does not start as CDR does");
     cdr_.read_encapsulation();

@@ -127,7 +127,8 @@ class _Wheel:
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with_tools = _has_tools(config_settings)
     build = _build(with_tools)
-    module, = (build / "python" / "overtake").glob("_overtake.*.so")
+    # The folder may hold the module of another Python, too.
+    module = build / "python" / "overtake" / f"_overtake{sysconfig.get_config_var('EXT_SUFFIX')}"
 
     python = f"cp{sys.version_info.major}{sys.version_info.minor}"
     tag = f"{python}-{python}-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"

@@ -176,8 +176,14 @@ class BagReader : public ScanReader {
       const py::gil_scoped_release release;
       while (!found && bag_->next(message)) {
         if (!io::is_type(bag_->topics()[std::size_t(message.topic)], io::kPointCloud2Name)) continue;
-        const io::PointCloud2 points = io::decode_point_cloud2(message.data);
-        cloud = io::read_cloud_message(path_ + ": message " + std::to_string(message.number), points);
+        const std::string place = path_ + ": message " + std::to_string(message.number);
+        io::PointCloud2 points;
+        try {
+          points = io::decode_point_cloud2(message.data);
+        } catch (const std::runtime_error& error) {
+          throw io::Error(place, 0, error.what());
+        }
+        cloud = io::read_cloud_message(place, points);
         stamp_ns = points.header.stamp_ns;
         found = true;
       }
@@ -302,7 +308,8 @@ void add_recordings(py::module_& module) {
   py::class_<PyScan>(module, "Scan", R"(One scan of one sensor, as arrays.
 
 points: a dict of arrays (n,). With a rig: x, y, z in m (sensor frame), layer, and where the recording has them
-intensity and time (ns after stamp_ns): what Detector.push_scan takes. Without a rig: the fields of the recording.)")
+intensity and time (ns after stamp_ns): what Detector.push_scan takes. Without a rig: the fields of the file; of a bag x, y, z, intensity, layer and
+time.)")
       .def_readonly("sensor", &PyScan::sensor, "Name of the sensor; without a rig: the topic, or the word of the file.")
       .def_readonly("frame", &PyScan::frame, "Number of the frame in the recording; without a rig: of the scan.")
       .def_readonly("stamp_ns", &PyScan::stamp_ns, "Stamp in ns; 0 where files have none and there is no rig.")

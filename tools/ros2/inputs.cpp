@@ -12,6 +12,7 @@
 
 #include "messages.h"
 #include "tools/client/console.h"
+#include "tools/client/covariance.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/cloud_view.h"
 #include "tools/io/error.h"
@@ -437,6 +438,9 @@ int64_t Inputs::take_detections(int64_t now_ns) {
           var_x[i] = result.pose.covariance[0], var_y[i] = result.pose.covariance[7],
           cov_xy[i] = result.pose.covariance[1];
       }
+      if (const char* fault = cli::find_covariance_fault(var_x[i], var_y[i], var_x[i] > 0 ? cov_xy[i] : unknown))
+        faults_.note("detections", "covariance", Level::kWarning,
+                     std::string("the covariance of a row is not used: ") + fault, now_ns);
     }
     ovt_external_detections rows;
     ovt_external_detections_init(&rows, sizeof rows);

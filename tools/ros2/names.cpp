@@ -52,8 +52,8 @@ Names::Names(std::string name_space, std::string node, const std::vector<std::st
     if (sign == std::string::npos) throw io::Error("--remap " + text, 0, "FROM:=TO is needed");
     const std::string from(io::trim(std::string_view(text).substr(0, sign)));
     const std::string to(io::trim(std::string_view(text).substr(sign + 2)));
-    check_name("--remap " + text, from);
-    check_name("--remap " + text, to);
+    if (from.empty()) throw io::Error("--remap " + text, 0, "FROM:=TO is needed");
+    check_name("--remap " + text, to);  // FROM may have the name of a sensor, which may be no name of ROS 2
     remaps_.push_back({text, absolute(from), absolute(to)});
   }
 }

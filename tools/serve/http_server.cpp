@@ -16,6 +16,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <chrono>
+#include <new>
 #include <set>
 
 #include "tools/io/error.h"
@@ -311,7 +312,7 @@ HttpServer::Loop::Loop(const std::string& address, int32_t port, HttpHandler& ha
   acceptor_.set_option(net::socket_base::reuse_address(true), error);
   acceptor_.bind(endpoint, error);
   if (error == net::error::address_in_use)
-    throw io::Error("port " + std::to_string(port), 0, "is taken by another program; choose one with --port");
+    throw io::Error("port " + std::to_string(port), 0, "is taken by another program; choose another one");
   fail("cannot be bound");
   acceptor_.listen(net::socket_base::max_listen_connections, error);
   fail("cannot be listened to");
@@ -328,12 +329,15 @@ void HttpServer::Loop::accept() {
       });
       return;
     }
-    make_room();
-    if (connections_.size() < kMostConnections) {
-      beast::error_code ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
-      ::fcntl(socket.native_handle(), F_SETFD, FD_CLOEXEC);
-      std::make_shared<Connection>(*this, std::move(socket))->read();
+    try {
+      make_room();
+      if (connections_.size() < kMostConnections) {
+        beast::error_code ignored;
+        socket.set_option(tcp::no_delay(true), ignored);
+        ::fcntl(socket.native_handle(), F_SETFD, FD_CLOEXEC);
+        std::make_shared<Connection>(*this, std::move(socket))->read();
+      }
+    } catch (const std::bad_alloc&) {  // this connection is lost; later ones may find memory
     }
     accept();
   });

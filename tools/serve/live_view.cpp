@@ -65,7 +65,8 @@ struct LiveRequest {
 
 uint32_t id_of(const Json& json) {
   if (!json.is_number_unsigned() || json.get<uint64_t>() > UINT32_MAX)
-    throw std::runtime_error("an id is a whole number from 0 to 4294967295, not " + io::dump_json(json));
+    throw std::runtime_error(std::string("an id is a whole number from 0 to 4294967295, not of type ") +
+                             json.type_name());
   return json.get<uint32_t>();
 }
 

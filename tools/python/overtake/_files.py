@@ -66,7 +66,7 @@ def open(path, rig=None, *, map=None, ego=None, urdf=None):
 
     rig: a built-in name or a TOML file; None: that of a simulated log. With a rig, scans have the columns that
     Detector.push_scan takes and the own poses to push before them; ego: a CSV file of poses, or "none". Without a rig,
-    scans have the fields of the recording.
+    scans have the fields of the file; those of a bag x, y, z, intensity, layer and time, where it has them.
     """
     return Recording(path, rig, map=map, ego=ego, urdf=urdf)
 
