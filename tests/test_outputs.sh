@@ -178,12 +178,15 @@ for words in "folder.mcap: is not a regular file*" "/dev/null: is not a regular 
 done
 [[ -c /dev/null ]] || fail "/dev/null is gone"
 # ---- evaluate and merge replace only their own runs
-# ---- evaluate and merge replace runs of their own only
 expect "evaluate" "$overtake" evaluate race.mcap --preset paper --frames 1 --quiet --out judged_1
 expect "evaluate, another number of frames" "$overtake" evaluate race.mcap --preset paper --frames 2 --quiet --out judged_1
 echo "mine" >judged_1/runs/paper/race/notes.txt
 refuse "*judged_1/runs/paper/race/notes.txt: exists and is not a *" evaluate race.mcap --preset paper --frames 1 --quiet --out judged_1
 [[ $(cat judged_1/runs/paper/race/notes.txt) == mine ]] || fail "evaluate deleted notes.txt"
+cp judged_1/runs/paper/race/about.json about_before
+expect "evaluate with --force" "$overtake" evaluate race.mcap --preset paper --frames 1 --quiet --force --out judged_1
+[[ $(cat judged_1/runs/paper/race/notes.txt) == mine ]] || fail "evaluate --force deleted notes.txt"
+! cmp -s about_before judged_1/runs/paper/race/about.json || fail "evaluate --force kept the run before"
 expect "merge" "$overtake" merge judged_1 --out merged
 expect "merge again" "$overtake" merge judged_1 --out merged
 echo >>merged/report.html
