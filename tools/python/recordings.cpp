@@ -308,8 +308,8 @@ void add_recordings(py::module_& module) {
   py::class_<PyScan>(module, "Scan", R"(One scan of one sensor, as arrays.
 
 points: a dict of arrays (n,). With a rig: x, y, z in m (sensor frame), layer, and where the recording has them
-intensity and time (ns after stamp_ns): what Detector.push_scan takes. Without a rig: the fields of the file; of a bag x, y, z, intensity, layer and
-time.)")
+intensity and time (ns after stamp_ns): what Detector.push_scan takes. Without a rig: the fields of the file; of a
+bag x, y, z, intensity, layer and time.)")
       .def_readonly("sensor", &PyScan::sensor, "Name of the sensor; without a rig: the topic, or the word of the file.")
       .def_readonly("frame", &PyScan::frame, "Number of the frame in the recording; without a rig: of the scan.")
       .def_readonly("stamp_ns", &PyScan::stamp_ns, "Stamp in ns; 0 where files have none and there is no rig.")
