@@ -60,9 +60,8 @@ struct ExternalScan {
   int32_t reference = OVT_REFERENCE_MAP;
 };
 
-// Result of offering a scan or pushed detections. kDuplicate: a stamp that was there. kRepeat: a new stamp, but the points
-// of the scan before. kNoSlot: offer it again. kHeld: take_settled() returns the final
-// result later.
+// Result of offering a scan or pushed detections. kDuplicate: a stamp that was there. kRepeat: a new stamp, but the
+// points of the scan before. kNoSlot: offer it again. kHeld: take_settled() returns the final result later.
 enum class IntakeResult { kUsed, kLate, kDuplicate, kRepeat, kNoSlot, kHeld };
 
 // Results of scans and pushed detections that were kHeld, or kLate before a clock jump.
