@@ -75,6 +75,10 @@ TEST_CASE("ros2 names: what is not a name, and a remap without effect, are error
   CHECK(error_of("", {"front/points"}).find("FROM:=TO is needed") != std::string::npos);
   CHECK(error_of("", {"fron/points:=/a"}).find("did you mean '/front/points'") != std::string::npos);
   CHECK(error_of("/ab/_c9", {"front/points:=/a"}).empty());
+  // The name of a sensor may be no name of ROS 2; no sensor has this one.
+  CHECK(error_of("", {"front-left/points:=/a"}).find("is not a name") == std::string::npos);
+  CHECK(error_of("", {"2nd/points:=/a"}).find("is not a name") == std::string::npos);
+  CHECK(error_of("", {"front/points:=/a-b"}).find("'/a-b' is not a name") != std::string::npos);
 }
 
 TEST_CASE("ros2 names: topics and types on the wire and back") {

@@ -37,6 +37,13 @@ void check_name(const std::string& place, const std::string& name) {
                         "begins with a digit");
 }
 
+// FROM may have the name of a sensor, which may hold a - or begin with a digit: that is no name of ROS 2.
+std::string as_name(std::string from) {
+  std::replace(from.begin(), from.end(), '-', '_');
+  if (!from.empty() && from[0] >= '0' && from[0] <= '9') from[0] = '_';
+  return from;
+}
+
 }  // namespace
 
 Names::Names(std::string name_space, std::string node, const std::vector<std::string>& remaps)
@@ -52,8 +59,8 @@ Names::Names(std::string name_space, std::string node, const std::vector<std::st
     if (sign == std::string::npos) throw io::Error("--remap " + text, 0, "FROM:=TO is needed");
     const std::string from(io::trim(std::string_view(text).substr(0, sign)));
     const std::string to(io::trim(std::string_view(text).substr(sign + 2)));
-    if (from.empty()) throw io::Error("--remap " + text, 0, "FROM:=TO is needed");
-    check_name("--remap " + text, to);  // FROM may have the name of a sensor, which may be no name of ROS 2
+    check_name("--remap " + text, as_name(from));
+    check_name("--remap " + text, to);
     remaps_.push_back({text, absolute(from), absolute(to)});
   }
 }
