@@ -84,37 +84,53 @@ float find_inside(const StageContext& context, const Frame& frame) {
   return outside_m > 0.0f ? min_of(inside_m, -outside_m) : inside_m;
 }
 
-// What the walls of this frame add to the heading of each sensor: an error of its mounting is part of it. A sensor that
-// does not see enough of them takes what the one that sees most of them adds. A small turn may be an error of the map's
-// bounds instead.
-class WallTurns {
+// What the walls of this frame tell about the heading of each sensor (an error of its mounting is part of it) and about
+// the bounds. A sensor that does not see enough of them takes what the one that sees most of them adds; a side, what the
+// one of most points tells that sees this side. A small turn may be an error of the map's bounds instead, a small
+// distance one of the ego pose.
+class WallErrors {
  public:
-  WallTurns(const StageContext& context, const Frame& frame) {
+  WallErrors(const StageContext& context, const Frame& frame) : reach_m_(float(context.detect.walls.reach_m)) {
     const WallHeading* most = nullptr;
-    for (int32_t s = 0; s < context.sensor_count; ++s)
-      if (frame.walls[s].valid && (!most || frame.walls[s].points > most->points)) most = &frame.walls[s];
+    const WallHeading* of_side[2] = {};
+    for (int32_t s = 0; s < context.sensor_count; ++s) {
+      const WallHeading& walls = frame.walls[s];
+      if (!walls.valid) continue;
+      if (!most || walls.points > most->points) most = &walls;
+      for (int32_t side = 0; side < 2; ++side)
+        if (walls.beyond_m[side] < WallHeading::kNoSide && (!of_side[side] || walls.points > of_side[side]->points))
+          of_side[side] = &walls;
+    }
     for (int32_t s = 0; most && s < context.sensor_count; ++s)
-      turn_rad_[s] = doubted((frame.walls[s].valid ? frame.walls[s] : *most).offset_rad);
+      turn_rad_[s] = doubted((frame.walls[s].valid ? frame.walls[s] : *most).offset_rad, kDoubt_rad);
+    for (int32_t side = 0; side < 2; ++side)
+      if (of_side[side] && of_side[side]->beyond_m[side] < 0.0)
+        inside_m_[side] = 0.0f - doubted(of_side[side]->beyond_m[side], kDoubt_m);
   }
-  float of(int32_t sensor) const { return turn_rad_[sensor]; }
+  float turn_of(int32_t sensor) const { return turn_rad_[sensor]; }
+  // How far the walls stand inside of their bounds, right and left, near the ego vehicle.
+  float inside_right_m(float along_m) const { return abs_of(along_m) <= reach_m_ ? inside_m_[0] : 0.0f; }
+  float inside_left_m(float along_m) const { return abs_of(along_m) <= reach_m_ ? inside_m_[1] : 0.0f; }
 
  private:
-  static float doubted(double offset_rad) {
-    constexpr double kDoubt_rad = 0.15 * kPi / 180;
-    if (!(std::fabs(offset_rad) > kDoubt_rad)) return 0.0f;
-    const double doubt = kDoubt_rad / offset_rad;
-    return float((1.0 - doubt * doubt) * offset_rad);
+  static constexpr double kDoubt_rad = 0.15 * kPi / 180, kDoubt_m = 0.5;
+  static float doubted(double value, double doubt) {
+    if (!(std::fabs(value) > doubt)) return 0.0f;
+    const double share = doubt / value;
+    return float((1.0 - share * share) * value);
   }
-  float turn_rad_[kMaxSensors] = {};
+  float reach_m_, turn_rad_[kMaxSensors] = {}, inside_m_[2] = {};
 };
 
 // One degree of the heading is 2 m at 120 m.
-bool is_inside(const Frame& frame, int32_t row, const CarAnchor& car, const WallTurns& turns, float inside_m) {
+bool is_inside(const Frame& frame, int32_t row, const CarAnchor& car, const WallErrors& walls, float inside_m) {
   const ClusterPlaceTable& places = frame.places;
   const FrameClusterTable& merged = frame.merged;
   const float centroid_2 = merged.center_y_m[row] * places.cos[row] - merged.center_x_m[row] * places.sin[row];
-  const float turned_m = car.center_1 * turns.of(merged.main_sensor[row]);
-  return measure_inside(places, row, car.center_2 - centroid_2 + turned_m) >= inside_m;
+  const float turned_m = car.center_1 * walls.turn_of(merged.main_sensor[row]);
+  const float d_m = places.d_m[row] + car.center_2 - centroid_2 + turned_m;
+  return places.width_left_m[row] - walls.inside_left_m(car.center_1) - d_m >= inside_m &&
+         d_m + places.width_right_m[row] - walls.inside_right_m(car.center_1) >= inside_m;
 }
 
 // Farther than free_range_m, only the circuit tells what stands on the road.
@@ -144,12 +160,12 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
 
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
   const float inside_m = find_inside(context, frame);
-  const WallTurns turns(context, frame);
+  const WallErrors walls(context, frame);
   GroundIntensities ground(frame);
   frame.gated_map = filter(frame, [&](int32_t row) {
     const CarAnchor car = anchor_cluster(context, frame, row);
-    return is_inside(frame, row, car, turns, inside_m) ||
-           (is_inside(frame, row, car, turns, 0.0f - kApron_m) && is_surely_car(context, frame, ground, row));
+    return is_inside(frame, row, car, walls, inside_m) ||
+           (is_inside(frame, row, car, walls, 0.0f - kApron_m) && is_surely_car(context, frame, ground, row));
   });
 }
 
@@ -163,13 +179,13 @@ void list_faint(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
   frame.faint_count = 0;
   const float inside_m = find_inside(context, frame);
-  const WallTurns turns(context, frame);
+  const WallErrors walls(context, frame);
   const int32_t room = context.candidate_capacity - frame.kept_count;
   for (int32_t row = 0; row < merged.count && frame.faint_count < room; ++row) {
     if (merged.point_count[row] >= context.detect.gate_clusters.min_points) continue;
     if (!frame.places.known[row] || !has_bounds(frame.places, row) || merged.nearest_m[row] < kFrom_m) continue;
     const CarAnchor car = anchor_cluster(context, frame, row);
-    const bool is_on_road = is_inside(frame, row, car, turns, inside_m) && is_in_range(context, frame, row, car);
+    const bool is_on_road = is_inside(frame, row, car, walls, inside_m) && is_in_range(context, frame, row, car);
     if (is_on_road && is_car_sized(context, frame, row)) frame.kept[frame.kept_count + frame.faint_count++] = row;
   }
 }

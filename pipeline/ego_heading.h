@@ -23,6 +23,9 @@ struct WallHeading {
   double offset_rad = 0;  // to add to the ego heading; contains the error of the sensor's mounting
   double variance = 0;    // of the fit alone, without errors of the map
   int32_t points = 0;     // that agree with the fit
+  // How far the wall on the right, and on the left, stands outside of its bound; kNoSide where too few points agree.
+  static constexpr double kNoSide = 1e9;
+  double beyond_m[2] = {kNoSide, kNoSide};
 };
 
 // What the track stage added to the ego heading at the frame's stamp.

@@ -211,6 +211,8 @@ typedef struct ovt_params {
   double cut_abreast_step_m;         /* cut.abreast_step_m */
   double gate_free_range_m;          /* gate.free_range_m          gate.range_m without a map or a pose, if smaller */
   double ego_heading_lever_sigma_m;  /* ego_heading.lever_sigma_m */
+  double cut_strip_m;                /* cut.strip_m */
+  double cut_wall_m;                 /* cut.wall_m */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -161,6 +161,10 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
                    float(params.vehicle_width_m * params.cut_abreast_from),
                    float(params.cut_abreast_step_m)};
   out.label_points = {float(params.label_own_limit_m), float(params.label_loser_limit_m)};
+  out.split_abreast = {float(params.cut_strip_m), float(params.vehicle_length_m), float(params.vehicle_width_m),
+                       sensor.pitch_rad};
+  out.split_walls = {float(params.cut_wall_m), float(params.vehicle_length_m), float(params.vehicle_width_m),
+                     float(params.gate_top_m)};
   out.own_body = own_body_of(params);
   return out;
 }

@@ -8,6 +8,8 @@
 
 #include "kernels/kernel_table.h"
 #include "pipeline/ego_heading.h"
+#include "pipeline/method/split_abreast.h"
+#include "pipeline/method/split_walls.h"
 #include "pipeline/overtake.h"
 #include "pipeline/track/heading_filter.h"
 #include "pipeline/track/tracker_params.h"
@@ -31,6 +33,8 @@ struct SegmentParams {
   LinkPixelsParams link_pixels;
   CutLinksParams cut_links;
   LabelPointsParams label_points;
+  SplitAbreastParams split_abreast;
+  SplitWallsParams split_walls;
   OwnBodyParams own_body;
 };
 

@@ -101,19 +101,29 @@ bool PixelView::is_on_surface(int32_t point) const noexcept {
 }
 
 bool PixelView::is_apart(int32_t point) const noexcept {
-  constexpr int32_t kReach = 3;
   const int32_t pixel = part_.kept.points.pixel[point];
   if (pixel < 0) return false;
   const int32_t stride = part_.kept.images.pixel_point.stride, row = pixel / stride, col = pixel % stride;
   const float range_m = range_of(point), surface_m = kSurface_m + kSurfaceShare * range_m;
   bool any = false;
   for (const int32_t step : {-1, 1}) {
-    int32_t beside = kNoPoint;
-    for (int32_t i = 1; i <= kReach && beside < 0; ++i) beside = at(row, col + i * step);
+    const int32_t beside = next_beside(row, col, step);
     if (beside >= 0 && abs_of(range_of(beside) - range_m) < surface_m) return false;
     any = any || beside >= 0;
   }
   return any;
+}
+
+bool PixelView::is_behind(int32_t point, int32_t step) const noexcept {
+  constexpr float kNearer_m = 0.5f;
+  const int32_t pixel = part_.kept.points.pixel[point];
+  if (pixel < 0) return false;
+  const int32_t stride = part_.kept.images.pixel_point.stride;
+  const int32_t beside = next_beside(pixel / stride, pixel % stride, step);
+  if (beside < 0) return false;
+  const int32_t label = part_.kept.points.label[beside];
+  return label > kLabelGround && label != part_.kept.points.label[point] &&
+         range_of(beside) < range_of(point) - kNearer_m;
 }
 
 LevelPoints PixelView::find_level(int32_t point, float high_m) const noexcept {
@@ -189,6 +199,13 @@ int32_t PixelView::at(int32_t row, int32_t col) const noexcept {
   if (row < 0 || row >= image.rows) return kNoPoint;
   if (sensor_.wraps) col = (col % image.cols + image.cols) % image.cols;
   return col < 0 || col >= image.cols ? kNoPoint : image.at(row, col);
+}
+
+int32_t PixelView::next_beside(int32_t row, int32_t col, int32_t step) const noexcept {
+  constexpr int32_t kReach = 3;
+  int32_t beside = kNoPoint;
+  for (int32_t i = 1; i <= kReach && beside < 0; ++i) beside = at(row, col + i * step);
+  return beside;
 }
 
 float PixelView::range_of(int32_t point) const noexcept {

@@ -69,6 +69,9 @@ class PixelView {
   // Whether the next returns beside it in its row, at most three pixels away, lie at other ranges. A dark surface has
   // gaps, but no jumps.
   bool is_apart(int32_t point) const noexcept;
+  // Whether the next return on one side (step -1 or 1) in its row, at most three pixels away, is of another cluster and
+  // clearly nearer.
+  bool is_behind(int32_t point, int32_t step) const noexcept;
   // Adds the rows of a cluster. The ground beside a row has the range of the row's end: the row lies on it.
   void count_level(int32_t cluster, LevelRows& count) const noexcept;
   // The points in the next rows above and below that are as high over the running ground as a point, at another range;
@@ -83,6 +86,7 @@ class PixelView {
  private:
   int32_t at(int32_t row, int32_t col) const noexcept;  // the point of a pixel, kNoPoint
   float range_of(int32_t point) const noexcept;
+  int32_t next_beside(int32_t row, int32_t col, int32_t step) const noexcept;  // at most three pixels away, or kNoPoint
   bool find_slope(int32_t row, int32_t first, int32_t last, float& slope) const noexcept;
 
   const SensorModel& sensor_;

@@ -289,6 +289,29 @@ TEST_CASE(
   }
 }
 
+TEST_CASE(
+    "car gates: where the walls stand inside of a bound, it moves to them, on their side and where they are seen") {
+  const auto keeps = [](float y_m, double right_m, double left_m, double reach_m = 100.0) {
+    RulesBench bench;  // bounds 6 m to both sides
+    bench.add(corners(20, 24, y_m - 0.9f, y_m + 0.9f, 0.1f, 1));
+    bench.run("keep_car_shaped");
+    bench.context.detect.walls.reach_m = reach_m;
+    bench.frame.walls[0] = {true, 0.0, 1e-6, 40, {right_m, left_m}};
+    bench.frame.walls[1] = {true, 0.0, 1e-6, 20, {-1.5, -1.5}};  // of fewer points
+    keep_inside_bounds(bench.context, bench.frame);
+    return bench.frame.kept_count == 1;
+  };
+  CHECK(keeps(4.9f, 0.0, 0.0));
+  CHECK(!keeps(4.9f, 0.0, -1.5));
+  CHECK(!keeps(-4.9f, -1.5, 0.0));
+  CHECK(keeps(4.9f, -1.5, 0.0));
+  CHECK(keeps(-4.9f, 0.0, -1.5));
+  CHECK(keeps(4.9f, 0.0, -0.45));  // an error of the ego pose
+  CHECK(keeps(6.5f, 0.0, 2.0) == keeps(6.5f, 0.0, 0.0));
+  CHECK(!keeps(4.9f, 0.0, WallHeading::kNoSide));  // the other sensor sees this side
+  CHECK(keeps(4.9f, 0.0, -1.5, 15.0));
+}
+
 TEST_CASE("car gates: without a map, and with the ego vehicle far off it, no candidate is off the circuit") {
   const Spots off = corners(20, 24, 9, 10.5f, 0.1f, 1);
   CHECK(keep(off, &Frame::gated_map) == 0);

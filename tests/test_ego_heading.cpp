@@ -186,7 +186,11 @@ TEST_CASE("walls: one side is enough, left or right, at any distance from its bo
     CAPTURE(d);
     WallScene scene(course, {.error_rad = 0.4 * kDeg});
     scene.add_wall(-60, 90, d);
-    check_offset(scene.measure(), 0.4 * kDeg);
+    const WallHeading walls = scene.measure();
+    check_offset(walls, 0.4 * kDeg);
+    const bool left = d > 0;
+    CHECK(std::fabs(walls.beyond_m[left] - (left ? d - kLeft : -kRight - d)) < 0.1);
+    CHECK(walls.beyond_m[!left] == WallHeading::kNoSide);
   }
 }
 

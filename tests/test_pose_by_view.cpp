@@ -122,6 +122,35 @@ TEST_CASE("pose by view: of a car at the edge of all fields of view the end that
   CHECK(whole.sigma_x_m < 0.1);
 }
 
+TEST_CASE("pose by view: at the edge of all fields of view, an end that something nearer hides is not the car's") {
+  struct Error {
+    double x_m, sigma_x_m;
+  };
+  // Beside the car, nearer to the sensor, stands an object as long as the car, with its rear end at rear_m, on this side.
+  const auto look = [](double x_m, double side, double rear_m) {
+    RulesBench bench(false);
+    bench.look({car_at(x_m, 5.8 * side), {rear_m + 2.45, 3.2 * side, 0, 4.9, 1.9, 0.05, 1.3, 2}});
+    bench.frame.sensors[1].present = false;
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 2);
+    return Error{double(bench.frame.detections.x_m[0]) - x_m, std::sqrt(double(bench.frame.views.var_x[0]))};
+  };
+  for (const double side : {-1.0, 1.0}) {
+    CAPTURE(side);
+    for (const double x_m : {5.7, 5.9, 6.1}) {  // the rear end begins inside of the view
+      CAPTURE(x_m);
+      const Error e = look(x_m, side, 3.0);
+      CHECK(std::fabs(e.x_m) < 0.15);
+    }
+    const Error flank = look(4.0, side, 2.9);  // the view begins at the flank: neither end is known
+    CHECK(flank.sigma_x_m > 0.4);
+    CHECK(std::fabs(flank.x_m) < 3.0 * flank.sigma_x_m);
+    const Error seen = look(4.0, side, 8.0);
+    CHECK(std::fabs(seen.x_m) < 0.1);
+    CHECK(seen.sigma_x_m < 0.4);
+  }
+}
+
 TEST_CASE("pose by view: on the other side of a sensor of more than half a turn is no edge of its view") {
   double worst_m = 0;
   for (double y_m = -9; y_m < -3; y_m += 0.05) {

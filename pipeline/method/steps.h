@@ -21,6 +21,8 @@
 #include "pipeline/method/count_reasons.h"
 #include "pipeline/method/mark_own_body.h"
 #include "pipeline/method/mark_smoke.h"
+#include "pipeline/method/split_abreast.h"
+#include "pipeline/method/split_walls.h"
 #include "pipeline/method/step.h"
 #include "pipeline/method/step_arguments.h"
 #include "pipeline/method/step_parts.h"
@@ -151,6 +153,21 @@ OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", kWhole, OVT_READS(scan, point_lab
   s.part.cluster_overflow =
       k.build_clusters(s.sensor.T_vehicle_sensor, s.part.scan, s.views.points, s.part.label_count, s.part.clusters,
                        s.part.cluster_points, s.part.row_of_label, s.views.cursor, s.views.order);
+}
+
+// Not kernels: divide a cluster that is two cars side by side, or a wall and a car.
+OVT_STEP_BY_HAND(split_clusters, CLUSTERS, "cut.strip_m cut.wall_m", kWhole,
+                 OVT_READS(scan, point_range_m, point_pixel, point_lost, point_label, height_m, labels, label_count,
+                           clusters, cluster_points),
+                 OVT_WRITES(point_label, labels, label_count, clusters, cluster_points, row_of_label, cluster_overflow),
+                 OVT_SCRATCH(cursor, order)) {
+  const RangeImages& m = s.views.images;
+  const int32_t before = s.part.label_count;
+  s.part.label_count = overtake::split_abreast(s.params.split_abreast, s.part.clusters, s.part.cluster_points,
+                                               s.part.label_count, s.views.points, m.labels);
+  s.part.label_count = overtake::split_walls(s.params.split_walls, s.part.clusters, s.part.cluster_points, m.height_m,
+                                             s.part.label_count, s.views.points, m.labels);
+  if (s.part.label_count > before) run_build_clusters(k, s);
 }
 
 // Not a kernel: points on the own car are no obstacles.

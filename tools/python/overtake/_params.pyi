@@ -131,6 +131,11 @@ class cut_group:
     vehicle (number, 0 to 1000)"""
     abreast_step_m: float
     """... then pixels side by side whose ranges differ by less stay joined (number, 0 to 1000 m)"""
+    strip_m: float
+    """a near cluster that is no single car is two cars side by side, if an empty strip at least as wide divides it;
+    0: never (number, 0 to 10 m)"""
+    wall_m: float
+    """what is farther in front of a wall, and may be a car, is no part of the wall; 0: never (number, 0 to 10 m)"""
 
 class label_group:
     """Parameters label.*"""
