@@ -126,7 +126,7 @@ TEST_CASE("pose by view: at the edge of all fields of view, an end that somethin
   struct Error {
     double x_m, sigma_x_m;
   };
-  // Beside the car, nearer to the sensor, stands an object as long as the car, with its rear end at rear_m, on this side.
+  // Beside the car, nearer to the sensor, stands an object as long as the car, with its rear end at rear_m.
   const auto look = [](double x_m, double side, double rear_m) {
     RulesBench bench(false);
     bench.look({car_at(x_m, 5.8 * side), {rear_m + 2.45, 3.2 * side, 0, 4.9, 1.9, 0.05, 1.3, 2}});
