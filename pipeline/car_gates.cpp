@@ -85,9 +85,9 @@ float find_inside(const StageContext& context, const Frame& frame) {
 }
 
 // What the walls of this frame tell about the heading of each sensor (an error of its mounting is part of it) and about
-// the bounds. A sensor that does not see enough of them takes what the one that sees most of them adds; a side, what the
-// one of most points tells that sees this side. A small turn may be an error of the map's bounds instead, a small
-// distance one of the ego pose.
+// the bounds. A sensor that does not see enough of them takes what the one that sees most of them adds; a side takes
+// what the one of most points tells that sees this side. A small turn may be an error of the map's bounds instead, a
+// small distance one of the ego pose.
 class WallErrors {
  public:
   WallErrors(const StageContext& context, const Frame& frame) : reach_m_(float(context.detect.walls.reach_m)) {
