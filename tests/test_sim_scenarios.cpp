@@ -196,6 +196,34 @@ TEST_CASE("scenarios: stopped_at_wall: a car stands parallel to the wall, 1 m fr
   CHECK(first > 80);
 }
 
+TEST_CASE("scenarios: crashed_at_wall: a car across and one at 54 deg almost touch the wall") {
+  Simulator simulator(load_scenario("crashed_at_wall"), 1, 0, 1);
+  const Track& track = simulator.world().track;
+  const double wanted_deg[] = {90, 54}, wanted_gap_m[] = {0.15, 0.3};
+  for (int32_t car = 0; car < 2; ++car) {
+    CAPTURE(car);
+    const CarState state = simulator.world().motions[std::size_t(car) + 1]->at(3);
+    CHECK(state.speed_mps == 0);
+    const TrackPoint p = track.at(state.s_m);
+    const double angle = std::fabs(wrap_angle(state.heading_rad - p.heading_rad));
+    CHECK(angle == doctest::Approx(wanted_deg[car] * kDegree).epsilon(0.01));
+    const double half_m = 0.5 * (kCarLengthM * std::sin(angle) + kCarWidthM * std::cos(angle));
+    CHECK(std::fabs(state.d_m - half_m + p.width_right_m + track.wall_behind_edge_m() - wanted_gap_m[car]) < 0.1);
+  }
+}
+
+TEST_CASE("scenarios: wheel_to_wheel: two cars abreast with 0.6 m between them, which the ego comes up to") {
+  Simulator simulator(load_scenario("wheel_to_wheel"), 1, 0, 1);
+  for (const double at_s : {1.0, 7.5}) {
+    CAPTURE(at_s);
+    const std::vector<CarTruth> cars = truth_at(simulator.world(), at_s);
+    CHECK(std::fabs(cars[2].in_ego.y - cars[1].in_ego.y - kCarWidthM - 0.6) < 0.15);
+    CHECK(std::fabs(cars[2].in_ego.x - cars[1].in_ego.x) < 1.0);
+    CHECK(cars[1].in_ego.x > (at_s < 2 ? 14.0 : 2.0));
+    CHECK(cars[1].in_ego.x < (at_s < 2 ? 17.0 : 5.0));
+  }
+}
+
 TEST_CASE("scenarios: pit_lane: the ego drives behind the pit wall past standing and driving cars") {
   Simulator simulator(load_scenario("pit_lane"), 1, 0, 2);
   const World& world = simulator.world();
