@@ -381,6 +381,7 @@ grep -q '^  judged/best ' stdout && grep -q '^  judged/paper .*[+]' stdout || fa
 expect "compare of evaluations --json" "$overtake" compare judged judged --json && cp stdout differences.json
 read_json differences.json 'json["base"] == "judged/best" and json["logs"] == 1 and len(json["contestants"]) == 2'
 refuse "run: is no result of overtake evaluate*" compare judged run
+refuse "judged: is a result of overtake evaluate, and run is none*" compare run judged
 refuse "run: is no result of overtake evaluate*" compare run again fewer
 refuse "--map: *" compare judged judged --map scene/map.csv
 expect "doctor --json" "$overtake" doctor scene --rig av21 --json && cp stdout doctor.json
