@@ -340,13 +340,14 @@ def test_open_reads_what_info_knows(program, race, tmp_path):
     write_pcd(tmp_path / "a.pcd", columns)
     write_ply(tmp_path / "a.ply", columns)
     (tmp_path / "a.bin").write_bytes(numpy.column_stack(list(columns.values())).astype("f4").tobytes())
+    (tmp_path / "a.pcd.bin").write_bytes(numpy.column_stack([*columns.values(), tail["layer"]]).astype("f4").tobytes())
     write_db3(tmp_path / "a.db3", [cloud_message(columns, stamp_ns) for stamp_ns in (5 * 10**9, 6 * 10**9)])
     (tmp_path / "bag").mkdir()
     write_db3(tmp_path / "bag" / "bag_0.db3", [cloud_message(columns, 5 * 10**9)])
-    paths = [tmp_path / name for name in ("a.pcd", "a.ply", "a.bin", "a.db3", "bag")] + [pathlib.Path(race.path)]
+    paths = [tmp_path / name for name in ("a.pcd", "a.ply", "a.bin", "a.pcd.bin", "a.db3", "bag")] + [pathlib.Path(race.path)]
     listed = subprocess.run([program, "info", "--help"], check=True, capture_output=True, text=True).stdout
-    endings = set(re.findall(r"\((\.\w+)\)", listed.split("Formats, ")[1]))
-    assert endings == {path.suffix for path in paths} - {""}
+    endings = set(re.findall(r"\((\.[\w.]+)\)", listed.split("Formats, ")[1]))
+    assert endings == {"".join(path.suffixes) for path in paths} - {""}
     for path in paths:
         told = json.loads(subprocess.run([program, "info", path, "--json"], check=True, capture_output=True).stdout)
         scans = list(overtake.open(path))     # without a rig, but a race has its own: the clouds of its sensors

@@ -150,7 +150,7 @@ RecordingInfo look_into_folder(const std::string& path) {
     const io::Format* by_name = file == path ? io::find_format(file) : io::find_format_by_name(file);
     if (!by_name || !by_name->cloud) continue;
     const std::string kind = by_name->extension;
-    const std::string stem = fs::path(file).stem().string();
+    const std::string stem = io::stem_of(file);
     const auto first = stem.find('_');
     const bool digits = stem.substr(0, first).find_first_not_of("0123456789") == std::string::npos;
     scans[(digits && first != std::string::npos ? "FRAME" + stem.substr(first) : "FRAME") + kind].push_back(file);

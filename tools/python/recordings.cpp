@@ -263,7 +263,7 @@ class FileReader : public ScanReader {
 
  private:
   static std::string sensor_of(const std::string& file) {  // FRAME_SENSOR.EXT
-    const std::string stem = std::filesystem::path(file).stem().string();
+    const std::string stem = io::stem_of(file);
     const auto bar = stem.find('_');
     const bool digits = stem.substr(0, bar).find_first_not_of("0123456789") == std::string::npos;
     return digits && bar != std::string::npos ? stem.substr(bar + 1) : "";
