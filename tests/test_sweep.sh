@@ -244,6 +244,10 @@ plan_fails pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
 plan_fails pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
 plan_fails pieces.seconds "${good}pieces: {seconds: 0}"
 plan_fails shard "${good}shard: 3/2"
+printf 'test_seeds=[7,\n  8]  # two\ntune_seeds = []\nseconds = 2e1\n' >written.toml
+printf 'seconds = \n' >torn.toml
+plan_fails "scenarios: $work/torn.toml: Invalid value (at line 1" "scenarios: [$work/torn.toml]"
+plan_fails "seeds: written names no seeds for 'tune'" "scenarios: [$work/written.toml]\nseeds: tune"
 plan_fails 'scenarios: "overtake" is none of all, a list; write [overtake]' "scenarios: overtake"
 plan_fails "scenarios: the list is empty" "scenarios: []"
 plan_fails "scenarios: there is no scenario 'overtke'; the nearest is 'overtake';" "scenarios: [overtke]"
@@ -276,6 +280,11 @@ for field, lines, sentence in zip(*[iter(words)] * 3):
         print(f'{lines!r} does not say {sentence!r}: {found}')
         failed = 1
 print(len(words) // 3, 'wrong files')
+# A scenario in other forms of TOML than ours.
+logs, _ = sweep.simulated_logs({'scenarios': ['written.toml'], 'seeds': 'test', 'pieces': {'seconds': 5}}, os.path.dirname(cases))
+if list(logs) != ['written_7', 'written_8'] or logs['written_7']['length_s'] != 20:
+    print(logs)
+    failed = 1
 sys.exit(failed or len(words) < 3)
 END
 printf 'overtake: %s\nscenarios: [overtake]\nkeep_logs: no\n' "$overtake" >sweep.yaml

@@ -219,11 +219,18 @@ def scenario_file(scenario, base):
     return path if os.path.exists(path) else None
 
 
-def seeds_of(seeds, scenario, text):
+def scenario_fields(path, text):
+    import tomllib  # of Python 3.11
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        fail('scenarios', f'{path}: {error}')
+
+
+def seeds_of(seeds, scenario, about):
     if isinstance(seeds, list):
         return seeds
-    found = re.search(rf'^{"tune" if seeds == "tune" else "test"}_seeds = \[(.*)\]$', text or '', re.MULTILINE)
-    numbers = [int(word) for word in found.group(1).split(',')] if found and found.group(1).strip() else []
+    numbers = about.get('tune_seeds' if seeds == 'tune' else 'test_seeds')
     if not numbers:
         fail('seeds', f"{scenario} names no seeds for '{seeds}'")
     return numbers[:1] if seeds == 'first' else numbers
@@ -244,16 +251,16 @@ def simulated_logs(config, base):
         if name in texts:
             fail('scenarios', f"two scenarios have the name '{name}'")
         texts[name] = text
-        for seed in seeds_of(config['seeds'], name, text):
+        about = scenario_fields(path, text)
+        for seed in seeds_of(config['seeds'], name, about):
             options = [path if scenario.endswith('.toml') else scenario, '--seed', str(seed)]
             options += [] if seconds is None else ['--seconds', f'{seconds:g}']
             log = f'{name}_{seed}' + ('' if seconds is None else f'_{seconds:g}s')
             logs[log] = {'scenario': name, 'options': options}
             if 'pieces' in config:
-                length = re.search(r'^seconds = ([0-9.]+)', text, re.MULTILINE)
-                if seconds is None and not length:
+                if seconds is None and 'seconds' not in about:
                     fail('pieces', f'{name} does not say how long it takes: give seconds')
-                logs[log]['length_s'] = min([seconds or 1e9] + ([float(length.group(1))] if length else []))
+                logs[log]['length_s'] = min(seconds or 1e9, about.get('seconds', 1e9))
     return logs, texts
 
 
