@@ -355,9 +355,10 @@ refuse "scene/detections.csv: *" compare run scene
 misuse "compare: run_b is required (overtake compare --help)" compare run
 # Options that another one leaves without effect.
 misuse "label: --frame excludes --every (overtake label --help)" label scene --rig av21 --frame 1 --every 2 --out out
-misuse "evaluate: --warm-up requires --from (overtake evaluate --help)" evaluate race.mcap --preset best --only-figures --warm-up 3 --out out
-misuse "evaluate: --tune excludes --sweep (overtake evaluate --help)" evaluate race.mcap --tune --sweep gate.min_points=1:2:1 --out out
-misuse "evaluate: --tune excludes --preset (overtake evaluate --help)" evaluate race.mcap --tune --preset best --out out
+judge=(evaluate race.mcap --out out)
+misuse "evaluate: --warm-up requires --from (overtake evaluate --help)" "${judge[@]}" --preset best --only-figures --warm-up 3
+misuse "evaluate: --tune excludes --sweep (overtake evaluate --help)" "${judge[@]}" --tune --sweep gate.min_points=1:2:1
+misuse "evaluate: --tune excludes --preset (overtake evaluate --help)" "${judge[@]}" --tune --preset best
 expect "a race" "$overtake" simulate demo --seconds 0.5 --out race.mcap --quiet
 expect "evaluate" "$overtake" evaluate race.mcap --preset paper,best --only-figures --quiet --out judged
 grep -q note stdout && fail "a note on an evaluation: $(cat stdout)"

@@ -5,7 +5,8 @@
 # usage: test_sweep.sh OVERTAKE
 # tools/evaluation/Snakefile: a sweep of scenarios, seeds, presets, a grid and recordings gives the metrics.json of
 # overtake evaluate on all its logs; logs of a sweep are deleted; a failed job is tried again; a wrong sweep.yaml gets a
-# sentence that begins with its field; calls beside a running sweep change nothing; wrong files, folders, versions, profiles get one, too (tools/evaluation/sweep).
+# sentence that begins with its field; calls beside a running sweep change nothing; wrong files, folders, versions and
+# profiles get a sentence, too (tools/evaluation/sweep).
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 overtake=$(realpath "${1:?usage: test_sweep.sh OVERTAKE}")
@@ -108,14 +109,17 @@ for look in -n --dry-run --dag --summary; do
   tree_of busy | cmp -s before - || fail "$look changes a running sweep: $(tree_of busy | diff before -)"
 done
 sweep --directory busy && fail "a second sweep of a folder was taken"
-grep -q -- "--directory: $work/busy: another sweep is running there" "$work/log" || fail "no sentence on the second sweep: $(cat "$work/log")"
-"$evaluation/../dev/evaluate_set" --set empty_track --only-figures --build "$(dirname "$overtake")" --out busy >"$work/log" 2>&1 &&
-  fail "evaluate_set was taken while a sweep runs"
-grep -q -- "--out: $work/busy: another sweep is running there" "$work/log" || fail "no sentence of evaluate_set: $(cat "$work/log")"
+grep -q -- "--directory: $work/busy: another sweep is running there" "$work/log" ||
+  fail "no sentence on the second sweep: $(cat "$work/log")"
+"$evaluation/../dev/evaluate_set" --set empty_track --only-figures --build "$(dirname "$overtake")" --out busy \
+  >"$work/log" 2>&1 && fail "evaluate_set was taken while a sweep runs"
+grep -q -- "--out: $work/busy: another sweep is running there" "$work/log" ||
+  fail "no sentence of evaluate_set: $(cat "$work/log")"
 tree_of busy | cmp -s before - || fail "a refused call changes a running sweep: $(tree_of busy | diff before -)"
 touch go
 wait "$running" || fail "the sweep beside others: $(tail -n 30 three.log)"
-[[ $(ls busy/runs/paper) == $'empty_track_1_0.2s\nempty_track_2_0.2s\nempty_track_3_0.2s' ]] || fail "not three races: $(ls busy/runs/paper)"
+[[ $(ls busy/runs/paper) == $'empty_track_1_0.2s\nempty_track_2_0.2s\nempty_track_3_0.2s' ]] ||
+  fail "not three races: $(ls busy/runs/paper)"
 # Times of a finished sweep stay although a dry run with another preset would measure them anew.
 echo '{}' >busy/scaling.json
 sweep --directory busy --dry-run || fail "a dry run: $(cat "$work/log")"
@@ -124,21 +128,24 @@ grep -qE '^evaluate +1 ' "$work/log" || fail "a dry run with another preset plan
 sweep --directory planned --dry-run || fail "a dry run of a new folder: $(cat "$work/log")"
 [[ -z $(ls -A planned) ]] || fail "a dry run fills a new folder: $(ls -A planned)"
 
-# Files of the user under a sweep's names: refused, by a dry run, too; races for evaluate_set (keep_logs: any) are taken.
+# Files of the user under a sweep's names: refused, by a dry run, too; races are taken with keep_logs: any.
 for name in configs logs parts inputs jobs whole; do
   mkdir -p "mine/$name"
   echo mine >"mine/$name/mine.toml"
   for option in --printshellcmds --dry-run; do
     sweep --directory mine "$option" && fail "a folder with $name was taken"
-    grep -q -- "--directory: $work/mine/$name is not of a sweep: choose another folder" "$work/log" || fail "no sentence on $name: $(cat "$work/log")"
+    grep -q -- "--directory: $work/mine/$name is not of a sweep: choose another folder" "$work/log" ||
+      fail "no sentence on $name: $(cat "$work/log")"
   done
-  [[ $(find mine -type f -not -path '*/.snakemake/*') == "mine/$name/mine.toml" ]] || fail "$name: files were changed: $(find mine -type f)"
+  [[ $(find mine -type f -not -path '*/.snakemake/*') == "mine/$name/mine.toml" ]] ||
+    fail "$name: files were changed: $(find mine -type f)"
   rm -r "mine/$name"
 done
 mkdir -p taken/logs
 cp busy/logs/empty_track_1_0.2s.mcap taken/logs/
 sed '$ a keep_logs: any' sweep.yaml >any.yaml
-"$evaluation/sweep" --configfile any.yaml --cores 2 --directory taken >"$work/log" 2>&1 || fail "a race made by hand: $(tail -n 30 "$work/log")"
+"$evaluation/sweep" --configfile any.yaml --cores 2 --directory taken >"$work/log" 2>&1 ||
+  fail "a race made by hand: $(tail -n 30 "$work/log")"
 cmp busy/logs/empty_track_1_0.2s.mcap taken/logs/empty_track_1_0.2s.mcap || fail "a race made by hand was replaced"
 ! grep -q '^rule simulate:' "$work/log" || fail "a race made by hand was simulated again"
 
@@ -281,7 +288,8 @@ for field, lines, sentence in zip(*[iter(words)] * 3):
         failed = 1
 print(len(words) // 3, 'wrong files')
 # A scenario in other forms of TOML than ours.
-logs, _ = sweep.simulated_logs({'scenarios': ['written.toml'], 'seeds': 'test', 'pieces': {'seconds': 5}}, os.path.dirname(cases))
+forms = {'scenarios': ['written.toml'], 'seeds': 'test', 'pieces': {'seconds': 5}}
+logs, _ = sweep.simulated_logs(forms, os.path.dirname(cases))
 if list(logs) != ['written_7', 'written_8'] or logs['written_7']['length_s'] != 20:
     print(logs)
     failed = 1

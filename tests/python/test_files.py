@@ -260,7 +260,8 @@ def test_damaged_files_of_a_folder_are_left_out(tmp_path, rig):
         write_pcd(tmp_path / f"{frame:06d}_front.pcd", columns)
     (tmp_path / "000013_front.pcd").write_bytes(b"no cloud")
     recording = overtake.open(tmp_path, rig)
-    with pytest.warns(overtake.DamageWarning, match="1 file could not be read, the others are done; .*13_front") as told:
+    lost = "1 file could not be read, the others are done; .*13_front"
+    with pytest.warns(overtake.DamageWarning, match=lost) as told:
         scans = list(recording)
     assert len(told) == 1 and "before" not in str(told[0].message)
     assert [scan.path[-9:] for scan in scans] == ["front.pcd"] * 2 and scans[-1].path.endswith("14_front.pcd")
@@ -276,7 +277,7 @@ def test_damaged_files_of_a_folder_are_left_out(tmp_path, rig):
 
 def test_names_may_be_any_bytes(tmp_path):
     folder = os.fsencode(tmp_path)
-    columns = {"x": numpy.zeros(3, "f4"), "y": numpy.zeros(3, "f4"), "z": numpy.ones(3, "f4"), "caf?": numpy.ones(3, "f4")}
+    columns = {name: numpy.ones(3, "f4") for name in ("x", "y", "z", "caf?")}
     write_pcd(tmp_path / "plain.pcd", columns)
     pcd = (tmp_path / "plain.pcd").read_bytes().replace(b"caf?", b"caf\xe9")
     (tmp_path / "plain.pcd").unlink()
@@ -344,7 +345,8 @@ def test_open_reads_what_info_knows(program, race, tmp_path):
     write_db3(tmp_path / "a.db3", [cloud_message(columns, stamp_ns) for stamp_ns in (5 * 10**9, 6 * 10**9)])
     (tmp_path / "bag").mkdir()
     write_db3(tmp_path / "bag" / "bag_0.db3", [cloud_message(columns, 5 * 10**9)])
-    paths = [tmp_path / name for name in ("a.pcd", "a.ply", "a.bin", "a.pcd.bin", "a.db3", "bag")] + [pathlib.Path(race.path)]
+    names = ("a.pcd", "a.ply", "a.bin", "a.pcd.bin", "a.db3", "bag")
+    paths = [tmp_path / name for name in names] + [pathlib.Path(race.path)]
     listed = subprocess.run([program, "info", "--help"], check=True, capture_output=True, text=True).stdout
     endings = set(re.findall(r"\((\.[\w.]+)\)", listed.split("Formats, ")[1]))
     assert endings == {"".join(path.suffixes) for path in paths} - {""}

@@ -12,8 +12,8 @@ namespace overtake::ros2 {
 
 class Names {
  public:
-  // name_space: "" or "/car1"; remaps: "from:=to", of which those of the file count where the others say nothing. Throws
-  // io::Error for what ROS 2 refuses as a name, and for a name with two remaps.
+  // name_space: "" or "/car1"; remaps: "from:=to"; those of the file count for names that the others do not have.
+  // Throws io::Error for what ROS 2 refuses as a name, and for a name with two remaps.
   Names(std::string name_space, std::string node, const std::vector<std::string>& remaps,
         const std::vector<std::string>& file_remaps = {});
 
