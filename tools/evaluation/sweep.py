@@ -505,12 +505,24 @@ def write_changed(path, text):
     return before is not None
 
 
+def is_config(path, configs):
+    name = os.path.basename(path)
+    if not name.endswith('.toml') or name[:-5] not in configs or not os.path.isfile(path):
+        return False
+    with open(path, 'rb') as file:
+        return file.read() == configs[name[:-5]].encode()
+
+
 def check_folder(plan, folder='.'):
-    """A sweep replaces and deletes files of these names: it needs a folder of its own. Races made by hand are taken."""
+    """A sweep replaces and deletes files of these names: it needs a folder of its own. Races made by hand are taken, and
+    the plan's configurations may be there (tools/dev/ablation)."""
     there = lambda *names: any(os.path.exists(os.path.join(folder, name)) for name in names)
     foreign = [] if there(LOCK, 'inputs/plan.json') else [name for name in WRITES if there(name)]
     if plan['keep_logs'] == 'any' and 'logs' in foreign:
         foreign.remove('logs')
+    configs = os.path.join(folder, 'configs')
+    if os.path.isdir(configs) and all(is_config(os.path.join(configs, n), plan['configs']) for n in os.listdir(configs)):
+        foreign = [name for name in foreign if name != 'configs']
     if there('runs') and not there('.overtake'):
         foreign.append('runs')
     if foreign:
