@@ -157,7 +157,7 @@ point_capacity = 100
 END
 av21=(--rig av21 --out out)
 refuse "*no: no such folder" run no "${av21[@]}"
-refuse "*empty: holds no recording: no .pcd, .bin,*.db3 or .mcap file" run empty "${av21[@]}"
+refuse "*empty: holds no recording: no .pcd, .pcd.bin, .bin,*.db3 or .mcap file" run empty "${av21[@]}"
 refuse "*1_rear.pcd: rig av21 has no sensor 'rear' (it has front, left, right)" run strangers "${av21[@]}"
 refuse "*1_front.pcd: the data ends at field '*' of point *; * points are declared" run cut "${av21[@]}"
 refuse "*1_front.pcd: rig hdl64 has no sensor 'front' (it has top)" run cut --rig hdl64 --out out
@@ -353,6 +353,12 @@ expect "compare --json" "$overtake" compare run fewer --map scene/map.csv --json
 read_json compare.json 'json["b"]["detections"] < json["a"]["detections"] == json["matched_detections"]["count"] + json["a"]["detections_without_match"]'
 refuse "scene/detections.csv: *" compare run scene
 misuse "compare: run_b is required (overtake compare --help)" compare run
+# Options that another one leaves without effect.
+misuse "label: --frame excludes --every (overtake label --help)" label scene --rig av21 --frame 1 --every 2 --out out
+judge=(evaluate race.mcap --out out)
+misuse "evaluate: --warm-up requires --from (overtake evaluate --help)" "${judge[@]}" --preset best --only-figures --warm-up 3
+misuse "evaluate: --tune excludes --sweep (overtake evaluate --help)" "${judge[@]}" --tune --sweep gate.min_points=1:2:1
+misuse "evaluate: --tune excludes --preset (overtake evaluate --help)" "${judge[@]}" --tune --preset best
 expect "a race" "$overtake" simulate demo --seconds 0.5 --out race.mcap --quiet
 expect "evaluate" "$overtake" evaluate race.mcap --preset paper,best --only-figures --quiet --out judged
 grep -q note stdout && fail "a note on an evaluation: $(cat stdout)"
@@ -381,6 +387,7 @@ grep -q '^  judged/best ' stdout && grep -q '^  judged/paper .*[+]' stdout || fa
 expect "compare of evaluations --json" "$overtake" compare judged judged --json && cp stdout differences.json
 read_json differences.json 'json["base"] == "judged/best" and json["logs"] == 1 and len(json["contestants"]) == 2'
 refuse "run: is no result of overtake evaluate*" compare judged run
+refuse "judged: is a result of overtake evaluate, and run is none*" compare run judged
 refuse "run: is no result of overtake evaluate*" compare run again fewer
 refuse "--map: *" compare judged judged --map scene/map.csv
 expect "doctor --json" "$overtake" doctor scene --rig av21 --json && cp stdout doctor.json

@@ -100,6 +100,20 @@ TEST_CASE("commands: evaluate judges a method that lacks images, run shows it") 
   }
 }
 
+TEST_CASE("commands: info counts every message that does not fit its type, and means the points of the others") {
+  const TempFolder folder;
+  std::vector<test::Recorded> messages = test::straight_drive("/ego/odometry", 0, 50'000'000);
+  for (int64_t stamp_ns = 0; stamp_ns < 3; ++stamp_ns)
+    messages.push_back(test::cloud_of(test::swept_cloud(8, 20, 0), "/front/points", stamp_ns));
+  messages[1].data.resize(messages[1].data.size() / 2);
+  messages.back().data.resize(60);
+  test::write_db3(folder.path("log.db3"), messages);
+  const Outcome info = run_overtake(folder, {"info", folder.path("log.db3")});
+  CHECK(holds(info.text, "/ego/odometry: 1 message does not fit its type"));
+  CHECK(holds(info.text, "/front/points: 1 message does not fit its type"));
+  CHECK(holds(info.text, "/front/points: 158 points a cloud"));
+}
+
 TEST_CASE("commands: evaluate of a damaged log ends with 3, after the report, each time and also with --tune") {
   const TempFolder folder;
   const std::string log = folder.path("log.mcap"), cut = folder.path("cut.mcap"), out = folder.path("out");

@@ -132,6 +132,38 @@ TEST_CASE("compare: tracks of a frame are compared, whose stamp differs where a 
   CHECK(c.a.lone_rows + c.b.lone_rows == 0);
 }
 
+TEST_CASE("compare: tracks in the map match those in the vehicle frame by their places beside the vehicle") {
+  const TempFolder folder;
+  folder.write("a/detections.csv", kDetections), folder.write("b/detections.csv", kDetections);
+  const auto row = [](int64_t k, const char* x, const char* y, const char* ahead, const char* left) {
+    return line({stamp(k), "1", "confirmed", std::to_string(k), x, y, "50", ahead, left, "-"});
+  };
+  folder.write("a/tracks.csv", kTracks + row(0, "400", "300", "20", "1") + row(1, "405", "300", "20", "1") +
+                                   row(2, "410", "300", "", ""));
+  folder.write("b/tracks.csv", kTracks + row(0, "20.5", "1", "20.5", "1") + row(1, "20", "3.5", "20", "3.5") +
+                                   row(2, "20", "1", "20", "1"));
+  const RunTables a = read_run(folder.path("a")), b = read_run(folder.path("b"));
+  RunComparison c = compare_runs(a, b);
+  CHECK(c.by_vehicle);
+  CHECK(c.track_distance_m.count == 1);  // the second is 2.5 m away, the third has no place beside the vehicle
+  CHECK(c.track_distance_m.most == Approx(0.5));
+  CHECK(c.track_speed_mps.count == 0);  // over the ground, and against the vehicle
+  CHECK(c.a.lone_rows == 2);
+  REQUIRE(c.a.lone_tracks.size() == 1);
+  CHECK(c.a.lone_tracks[0].x_m == 400);
+  std::string map = "x_m,y_m,w_tr_right_m,w_tr_left_m\n";
+  for (int32_t k = 0; k < 60; ++k) map += std::to_string(10 * k) + ",300,8,8\n";
+  place_on_map(c, folder.write("map.csv", map));
+  CHECK(c.a.lone_tracks[0].s_m == Approx(400));
+  CHECK(std::isnan(c.b.lone_tracks[0].s_m));
+  const nlohmann::json json = nlohmann::json::parse(compare_json("A", "B", c));
+  CHECK(json["a"]["reference"] == "map");
+  CHECK(json["b"]["reference"] == "vehicle");
+  CHECK(!compare_runs(b, b).by_vehicle);
+  folder.write("b/tracks.csv", kTracks);
+  CHECK(!compare_runs(a, read_run(folder.path("b"))).by_vehicle);
+}
+
 TEST_CASE("compare: bad input is named with file and line, and runs of two recordings are refused") {
   const TempFolder folder;
   const auto read = [&] { return error_of([&] { read_run(folder.path("a")); }); };

@@ -164,6 +164,22 @@ TEST_CASE("doctor: scans that could not be read are named, and are no gap") {
         "empty; 7_front.pcd is empty; 9_front.pcd is empty; 11_front.pcd is empty");
 }
 
+TEST_CASE("doctor: poses beyond the first million count") {
+  Doctor doctor(io::load_rig("av21"));
+  const Scene scene(1);
+  const SceneScan& from = scene.frame(0).scan[0];
+  for (int32_t k = 0; k < 40; ++k)
+    doctor.add_scan(scan_of(0, k * 50'000'000, from.x_m, from.y_m, from.z_m, from.layer));
+  io::EgoRow row{};
+  for (; row.stamp_ns < 1'000'000; ++row.stamp_ns) doctor.add_ego(row);
+  for (; row.stamp_ns < 2'000'000'000; row.stamp_ns += 10'000'000) doctor.add_ego(row);
+  row.stamp_ns -= 20'000'000;
+  doctor.add_ego(row);
+  std::vector<std::string> of_poses = wrong_with(doctor);
+  std::erase_if(of_poses, [](const std::string& s) { return !s.starts_with("ego: "); });
+  CHECK(of_poses == std::vector<std::string>{"ego: the stamps of its poses go back 1 time"});
+}
+
 TEST_CASE("doctor: a map whose points run against the drive is wrong") {
   io::MapData map;
   map.closed = true;

@@ -19,7 +19,6 @@
 #include "tools/io/bytes.h"
 #include "tools/io/cloud_message.h"
 #include "tools/io/formats.h"
-#include "tools/io/kitti_bin.h"
 #include "tools/io/line_recovery.h"
 #include "tools/io/mcap_format.h"
 #include "tools/io/pcd.h"

@@ -35,6 +35,11 @@ TEST_CASE("csv: the delimiter and the header are detected") {
     CHECK(csv.number(0, csv.need({"x_m"})) == 1);
     CHECK(csv.number(1, csv.need({"y", "y_m"})) == 4);
   }
+  const Csv indexed = Csv::parse("f", ",x_m,y_m\n0,1,2\n1,3,4\n");  // by pandas
+  REQUIRE(indexed.row_count() == 2);
+  CHECK(indexed.number(1, indexed.need({"x_m"})) == 3);
+  CHECK_FALSE(Csv::parse("f", ",1,2\n,3,4\n").has_header());
+  CHECK_FALSE(Csv::parse("f", "x_m,,y_m\n1,2,3\n").has_header());
   const Csv bare = Csv::parse("f", "# just words\n1,2\n3,4\n");
   CHECK_FALSE(bare.has_header());
   CHECK(bare.row_count() == 2);
@@ -136,6 +141,8 @@ TEST_CASE("ego file: columns that are not read are named") {
   std::vector<std::string> notes;
   io::read_ego_file(folder.write("all.csv", "time(s),x,y,phi,z,roll_rad,pitch_rad,vx,omega\n1,2,3,0,0,0,0,9,0\n"),
                     &notes);
+  CHECK(notes.empty());
+  io::read_ego_file(folder.write("index.csv", ",stamp_ns,x_m,y_m,yaw_rad\n0,1,2,3,0\n"), &notes);
   CHECK(notes.empty());
   const std::string path = folder.write("ego.csv", "stamp_ns,x_m,y_m,yaw_rad,sped_mps,yaw_rate_dps\n1,2,3,0,40,1\n");
   io::read_ego_file(path, &notes);

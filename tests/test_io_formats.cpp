@@ -87,6 +87,30 @@ TEST_CASE("formats: the examples of each format hold the cloud that they were ma
   }
 }
 
+TEST_CASE("formats: a folder of nuScenes has rings, stamps from its names and the sensor of the rig") {
+  const TempFolder folder;
+  const io::Cloud cloud = small_cloud();
+  const io::Format* format = io::find_format_by_name("a.pcd.bin");
+  REQUIRE(format);
+  const std::string bytes = format->cloud->write_examples(cloud)[0].bytes;
+  CHECK(bytes.size() == 20 * std::size_t(cloud.points));
+  for (const char* stamp : {"1532402927647951", "1532402927697951"})
+    folder.write(std::string("n015-2018-07-24__LIDAR_TOP__") + stamp + ".pcd.bin", bytes);
+  const io::Recording recording(folder.path(), swept_rig(8));
+  REQUIRE(recording.frame_count() == 2);
+  const io::SensorScan scan = recording.read(1).scans[0];
+  CHECK(scan.stamp_ns == 1532402927697951000);
+  REQUIRE(scan.count == cloud.points);
+  for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
+    REQUIRE(scan.x.value(i) == cloud.find("x")->value(i));
+    REQUIRE(scan.layer.value(i) == cloud.find("ring")->value(i));
+  }
+  CHECK(scan.lines_how.empty());
+  const std::string cut = folder.write("7.pcd.bin", bytes.substr(0, 50));
+  CHECK(error_of([&] { io::read_cloud(cut); }) ==
+        cut + ": ends within point 2: a point takes 20 bytes (x y z intensity ring as float32)");
+}
+
 TEST_CASE("formats: what a file of a folder holds is found by looking at it, not at its name") {
   const TempFolder folder;
   folder.write("000001.bin", io::format_pcd(small_cloud()));
@@ -132,7 +156,7 @@ TEST_CASE("formats: error texts, help and documents follow the table") {
     const std::string list = text.substr(begin, text.find(*heading == '|' ? "\n\n" : "\n", begin) - begin);
     CAPTURE(list);
     std::set<std::string> named;
-    const std::regex extension("[ (`](\\.[a-z0-9]+)");
+    const std::regex extension("[ (`]((?:\\.[a-z0-9]+)+)");
     for (std::sregex_iterator at(list.begin(), list.end(), extension), end; at != end; ++at) named.insert(at->str(1));
     CHECK(named == known);
   }

@@ -21,7 +21,6 @@
 #include "tools/io/ego_file.h"
 #include "tools/io/formats.h"
 #include "tools/io/image.h"
-#include "tools/io/kitti_bin.h"
 #include "tools/io/kitti_tracking.h"
 #include "tools/io/map_file.h"
 #include "tools/io/mcap_reader.h"

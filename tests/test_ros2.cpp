@@ -62,6 +62,10 @@ TEST_CASE("ros2 names: relative, private and absolute names are resolved, then r
   CHECK(names.is_remapped("front/points"));
   CHECK(!names.is_remapped("left/points"));
   names.check_used();
+  Names both("/car1", "overtake", {"/car1/front/points:=/a"}, {"front/points:=/b", "left/points:=/c"});
+  CHECK(both.resolve("front/points") == "/a");
+  CHECK(both.resolve("left/points") == "/c");
+  both.check_used();
   Names bare("", "overtake", {});
   CHECK(bare.resolve("~/tracks") == "/overtake/tracks");
   CHECK(Names("/", "a", {}).resolve("b") == "/b");
@@ -74,6 +78,8 @@ TEST_CASE("ros2 names: what is not a name, and a remap without effect, are error
   CHECK(error_of("", {"a b:=/c"}).find("'a b' is not a name") != std::string::npos);
   CHECK(error_of("", {"front/points"}).find("FROM:=TO is needed") != std::string::npos);
   CHECK(error_of("", {"fron/points:=/a"}).find("did you mean '/front/points'") != std::string::npos);
+  CHECK(error_of("", {"front/points:=/a", "/front/points:=/b"}) ==
+        "--remap /front/points:=/b: /front/points is remapped twice: also by front/points:=/a");
   CHECK(error_of("/ab/_c9", {"front/points:=/a"}).empty());
   // The name of a sensor may be no name of ROS 2; no sensor has this one.
   CHECK(error_of("", {"front-left/points:=/a"}).find("is not a name") == std::string::npos);
@@ -102,7 +108,8 @@ TEST_CASE("ros2 options: the command line, then the file, then the defaults; a w
   complete(options, file);
   CHECK(options.domain == 7);
   CHECK(options.name_space == "/line");
-  CHECK(options.remaps == std::vector<std::string>{"c:=d", "a:=b"});
+  CHECK(options.remaps == std::vector<std::string>{"c:=d"});
+  CHECK(options.file_remaps == std::vector<std::string>{"a:=b"});
   CHECK(options.use_sim_time);
   CHECK(options.deadline_ms == 20);
   CHECK(!options.publish_tf);

@@ -62,6 +62,14 @@ for script in "$project"/tools/{setup,demo,test} "$project"/tools/dev/*; do
     fail "$script --help: $(head -c 300 "$work/help" "$work/error")"
 done
 
+# ---- an option without its value
+for call in "bench --core" "bench --filter" "bench --build" "latency --cpus" "latency --runs" "soak --frames" \
+  "soak --workers" "fuzz --runs" "../test --jobs"; do
+  # shellcheck disable=SC2086
+  "$project/tools/dev/"$call >"$work/log" 2>&1 && fail "tools/dev/$call was taken"
+  [[ $(head -n 1 "$work/log") == tools/*": ${call#* } needs a value" ]] || fail "tools/dev/$call: $(cat "$work/log")"
+done
+
 # ---- tools/dev/fuzz
 mkdir -p "$work/lib"
 touch "$work/lib/libclang_rt.fuzzer-x86_64.a"

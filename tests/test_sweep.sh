@@ -5,7 +5,8 @@
 # usage: test_sweep.sh OVERTAKE
 # tools/evaluation/Snakefile: a sweep of scenarios, seeds, presets, a grid and recordings gives the metrics.json of
 # overtake evaluate on all its logs; logs of a sweep are deleted; a failed job is tried again; a wrong sweep.yaml gets a
-# sentence that begins with its field; wrong files, folders, versions, profiles get one, too (tools/evaluation/sweep).
+# sentence that begins with its field; calls beside a running sweep change nothing; wrong files, folders, versions and
+# profiles get a sentence, too (tools/evaluation/sweep).
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 overtake=$(realpath "${1:?usage: test_sweep.sh OVERTAKE}")
@@ -84,6 +85,102 @@ sweep --directory pieces || fail "pieces: $(tail -n 30 "$work/log")"
 [[ $(ls pieces/parts | wc -l) == 15 ]] || fail "not 2 pieces of each race, 4 and 3 of the records, whose poses are longer: $(ls pieces/parts)"
 cmp by_hand/metrics.json pieces/metrics.json || fail "pieces differ from overtake evaluate"
 
+# While a sweep runs, a dry run and the picture of another plan change nothing in its folder; a second call is refused.
+tree_of() { (cd "$1" && find . -path ./.snakemake -prune -o -type f -printf '%p %T@ %s\n' | sort); }
+cat >waiting <<END
+#!/bin/bash
+for ((k = 0; k < 600; ++k)); do
+  [[ \$1 == simulate && ! -e "$work/go" ]] || exec "$overtake" "\$@"
+  sleep 0.1
+done
+END
+chmod +x waiting
+printf 'overtake: ./waiting\nscenarios: [empty_track]\nseeds: [1, 2, 3]\nseconds: 0.2\nkeep_logs: build\n' >three.yaml
+printf 'overtake: ./waiting\nscenarios: [empty_track]\nseeds: [1]\nseconds: 0.2\npresets: [best]\n' >sweep.yaml
+"$evaluation/sweep" --configfile three.yaml --cores 2 --directory busy >three.log 2>&1 &
+running=$!
+for ((k = 0; k < 300; ++k)); do
+  [[ ! -d busy/whole/simulate ]] || break
+  sleep 0.1
+done
+tree_of busy >before
+for look in -n --dry-run --dag --summary; do
+  sweep --directory busy "$look"
+  tree_of busy | cmp -s before - || fail "$look changes a running sweep: $(tree_of busy | diff before -)"
+done
+sweep --directory busy && fail "a second sweep of a folder was taken"
+grep -q -- "--directory: $work/busy: another sweep is running there" "$work/log" ||
+  fail "no sentence on the second sweep: $(cat "$work/log")"
+"$evaluation/../dev/evaluate_set" --set empty_track --only-figures --build "$(dirname "$overtake")" --out busy \
+  >"$work/log" 2>&1 && fail "evaluate_set was taken while a sweep runs"
+grep -q -- "--out: $work/busy: another sweep is running there" "$work/log" ||
+  fail "no sentence of evaluate_set: $(cat "$work/log")"
+tree_of busy | cmp -s before - || fail "a refused call changes a running sweep: $(tree_of busy | diff before -)"
+touch go
+wait "$running" || fail "the sweep beside others: $(tail -n 30 three.log)"
+[[ $(ls busy/runs/paper) == $'empty_track_1_0.2s\nempty_track_2_0.2s\nempty_track_3_0.2s' ]] ||
+  fail "not three races: $(ls busy/runs/paper)"
+# Times of a finished sweep stay although a dry run with another preset would measure them anew.
+echo '{}' >busy/scaling.json
+sweep --directory busy --dry-run || fail "a dry run: $(cat "$work/log")"
+grep -qE '^evaluate +1 ' "$work/log" || fail "a dry run with another preset plans nothing: $(cat "$work/log")"
+[[ -e busy/scaling.json ]] || fail "a dry run deletes scaling.json"
+sweep --directory planned --dry-run || fail "a dry run of a new folder: $(cat "$work/log")"
+[[ -z $(ls -A planned) ]] || fail "a dry run fills a new folder: $(ls -A planned)"
+
+# Files of the user under a sweep's names: refused, by a dry run, too; races are taken with keep_logs: any.
+for name in configs logs parts inputs jobs whole; do
+  mkdir -p "mine/$name"
+  echo mine >"mine/$name/mine.toml"
+  for option in --printshellcmds --dry-run; do
+    sweep --directory mine "$option" && fail "a folder with $name was taken"
+    grep -q -- "--directory: $work/mine/$name is not of a sweep: choose another folder" "$work/log" ||
+      fail "no sentence on $name: $(cat "$work/log")"
+  done
+  [[ $(find mine -type f -not -path '*/.snakemake/*') == "mine/$name/mine.toml" ]] ||
+    fail "$name: files were changed: $(find mine -type f)"
+  rm -r "mine/$name"
+done
+mkdir -p taken/logs
+cp busy/logs/empty_track_1_0.2s.mcap taken/logs/
+sed '$ a keep_logs: any' sweep.yaml >any.yaml
+"$evaluation/sweep" --configfile any.yaml --cores 2 --directory taken >"$work/log" 2>&1 ||
+  fail "a race made by hand: $(tail -n 30 "$work/log")"
+cmp busy/logs/empty_track_1_0.2s.mcap taken/logs/empty_track_1_0.2s.mcap || fail "a race made by hand was replaced"
+! grep -q '^rule simulate:' "$work/log" || fail "a race made by hand was simulated again"
+
+# Recorded data sets are evaluated while the parts are merged: neither needs the folder of the other.
+mkdir -p sets/nuscenes
+{
+  printf 'VERSION 0.7\nFIELDS x y z intensity ring\nSIZE 4 4 4 4 2\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH 40\nHEIGHT 1\n'
+  printf 'VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 40\nDATA ascii\n'
+  for ((k = 0; k < 40; ++k)); do echo "10.$((k % 10)) 0 -0.$((k / 10)) 1 $((k / 10))"; done
+} >sets/nuscenes/1.pcd
+printf 'category,x_m,y_m,z_m,length_m,width_m,height_m,yaw_rad,points\ncar,10,0,0,4.5,1.9,1.5,0,40\n' >sets/nuscenes/1_boxes.csv
+cat >together <<END
+#!/bin/bash
+until_there() { for ((k = 0; k < 100; ++k)); do [[ ! -e \$1 ]] || return; sleep 0.1; done; }
+if [[ \$1 == merge ]]; then
+  until_there "$work/measures"
+  "$overtake" "\$@"
+  code=\$?
+  touch "$work/merged"
+  exit \$code
+elif [[ \$2 == --recordings ]]; then
+  mkdir -p "\${*: -1}"
+  exec 9<"\${*: -1}"  # overtake locks the folder of its results likewise
+  flock 9
+  touch "$work/measures"
+  until_there "$work/merged"
+  flock --unlock 9
+fi
+exec "$overtake" "\$@"
+END
+chmod +x together
+printf 'overtake: ./together\nscenarios: [empty_track]\nseeds: [1]\nseconds: 0.2\ndata_sets: sets\nretries: 0\n' >sweep.yaml
+sweep --directory together_out || fail "data sets beside a merge: $(tail -n 30 "$work/log")"
+grep -q nuscenes together_out/metrics.json || fail "the data sets are not in the result"
+
 # A program that fails once in each job.
 cat >unlucky <<END
 #!/bin/bash
@@ -154,6 +251,10 @@ plan_fails pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
 plan_fails pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
 plan_fails pieces.seconds "${good}pieces: {seconds: 0}"
 plan_fails shard "${good}shard: 3/2"
+printf 'test_seeds=[7,\n  8]  # two\ntune_seeds = []\nseconds = 2e1\n' >written.toml
+printf 'seconds = \n' >torn.toml
+plan_fails "scenarios: $work/torn.toml: Invalid value (at line 1" "scenarios: [$work/torn.toml]"
+plan_fails "seeds: written names no seeds for 'tune'" "scenarios: [$work/written.toml]\nseeds: tune"
 plan_fails 'scenarios: "overtake" is none of all, a list; write [overtake]' "scenarios: overtake"
 plan_fails "scenarios: the list is empty" "scenarios: []"
 plan_fails "scenarios: there is no scenario 'overtke'; the nearest is 'overtake';" "scenarios: [overtke]"
@@ -186,6 +287,12 @@ for field, lines, sentence in zip(*[iter(words)] * 3):
         print(f'{lines!r} does not say {sentence!r}: {found}')
         failed = 1
 print(len(words) // 3, 'wrong files')
+# A scenario in other forms of TOML than ours.
+forms = {'scenarios': ['written.toml'], 'seeds': 'test', 'pieces': {'seconds': 5}}
+logs, _ = sweep.simulated_logs(forms, os.path.dirname(cases))
+if list(logs) != ['written_7', 'written_8'] or logs['written_7']['length_s'] != 20:
+    print(logs)
+    failed = 1
 sys.exit(failed or len(words) < 3)
 END
 printf 'overtake: %s\nscenarios: [overtake]\nkeep_logs: no\n' "$overtake" >sweep.yaml

@@ -8,6 +8,7 @@ import gc
 import json
 import os
 import pathlib
+import pickle
 import re
 import sqlite3
 import struct
@@ -98,6 +99,28 @@ def test_a_run_with_params_keeps_the_period_of_its_rig(tmp_path):
     params = overtake.Params("best")
     params.frame.period_s = 0.04
     assert period(params=params) == 0.04
+    params.frame.period_s = 0.05    # also the default of the library
+    for same in (params, params.copy(), pickle.loads(pickle.dumps(params))):
+        assert period(params=same) == 0.05
+    assert period(params=pickle.loads(pickle.dumps(overtake.Params("best")))) == 0.1
+    (tmp_path / "config.toml").write_text("[gate]\nmin_points = 8\n")
+    with pytest.raises(ValueError, match="config and Params are both whole sets of parameters: give params as a dict"):
+        period(params=params, config=tmp_path / "config.toml")
+    assert period(params={"frame.period_s": 0.05}, config=tmp_path / "config.toml") == 0.05
+
+
+def test_wrong_arguments_are_named(race):
+    for seed, error in ((-1, ValueError), (2**64, ValueError), (1.5, TypeError), ("1", TypeError)):
+        with pytest.raises(error, match=f"seed is {re.escape(repr(seed))}; .* is needed"):
+            overtake.simulate("demo", seed, seconds=0.1)
+    for seconds in ("a", [1]):
+        with pytest.raises(TypeError, match=f"seconds is {re.escape(repr(seconds))}; a number is needed"):
+            overtake.simulate("demo", seconds=seconds)
+    with pytest.raises(TypeError, match="ego is 3; a text is needed"):
+        overtake.simulate("demo", seconds=0.1, ego=3)
+    for rows in ("x", 1.5):
+        with pytest.raises(TypeError, match=f"tracks is {rows!r}; a whole number is needed"):
+            overtake.run(race, capacities={"tracks": rows})
 
 
 def test_the_name_of_a_race_is_read_as_by_the_command(tmp_path):
@@ -229,6 +252,44 @@ def test_files_without_a_rig_give_all_their_fields(tmp_path):
     assert len(list(overtake.open(tmp_path / "000013_front.pcd"))) == 1
 
 
+@pytest.mark.parametrize("rig", (None, "av21"))
+def test_damaged_files_of_a_folder_are_left_out(tmp_path, rig):
+    columns = {name: column for name, column in car_tail().items() if name in "xyz"}
+    columns["ring"] = car_tail()["layer"]
+    for frame in (12, 14):
+        write_pcd(tmp_path / f"{frame:06d}_front.pcd", columns)
+    (tmp_path / "000013_front.pcd").write_bytes(b"no cloud")
+    recording = overtake.open(tmp_path, rig)
+    lost = "1 file could not be read, the others are done; .*13_front"
+    with pytest.warns(overtake.DamageWarning, match=lost) as told:
+        scans = list(recording)
+    assert len(told) == 1 and "before" not in str(told[0].message)
+    assert [scan.path[-9:] for scan in scans] == ["front.pcd"] * 2 and scans[-1].path.endswith("14_front.pcd")
+    assert recording.damage == "" and "13_front.pcd" in recording.losses
+    for frame in (12, 14):
+        (tmp_path / f"{frame:06d}_front.pcd").write_bytes(b"no cloud")
+    scans = iter(overtake.open(tmp_path, rig))
+    with pytest.raises(overtake.FileError, match="12_front.pcd"):
+        next(scans)
+    with pytest.warns(overtake.DamageWarning):
+        assert list(scans) == []
+
+
+def test_names_may_be_any_bytes(tmp_path):
+    folder = os.fsencode(tmp_path)
+    columns = {name: numpy.ones(3, "f4") for name in ("x", "y", "z", "caf?")}
+    write_pcd(tmp_path / "plain.pcd", columns)
+    pcd = (tmp_path / "plain.pcd").read_bytes().replace(b"caf?", b"caf\xe9")
+    (tmp_path / "plain.pcd").unlink()
+    with open(folder + b"/1_fr\xf6nt.pcd", "wb") as file:
+        file.write(pcd)
+    recording = overtake.open(tmp_path)
+    scan, = recording
+    assert [os.fsencode(name) for name in recording.sensors] == [os.fsencode(scan.sensor)] == [b"fr\xf6nt"]
+    assert os.fsencode(list(scan.points)[-1]) == b"caf\xe9"
+    assert repr(scan) == "<overtake.Scan of fr\\xf6nt, frame 0: 3 points>"
+
+
 def cloud_message(columns, stamp_ns):
     """A sensor_msgs/PointCloud2 in CDR; every column is float32."""
     body = bytearray()
@@ -280,13 +341,15 @@ def test_open_reads_what_info_knows(program, race, tmp_path):
     write_pcd(tmp_path / "a.pcd", columns)
     write_ply(tmp_path / "a.ply", columns)
     (tmp_path / "a.bin").write_bytes(numpy.column_stack(list(columns.values())).astype("f4").tobytes())
+    (tmp_path / "a.pcd.bin").write_bytes(numpy.column_stack([*columns.values(), tail["layer"]]).astype("f4").tobytes())
     write_db3(tmp_path / "a.db3", [cloud_message(columns, stamp_ns) for stamp_ns in (5 * 10**9, 6 * 10**9)])
     (tmp_path / "bag").mkdir()
     write_db3(tmp_path / "bag" / "bag_0.db3", [cloud_message(columns, 5 * 10**9)])
-    paths = [tmp_path / name for name in ("a.pcd", "a.ply", "a.bin", "a.db3", "bag")] + [pathlib.Path(race.path)]
+    names = ("a.pcd", "a.ply", "a.bin", "a.pcd.bin", "a.db3", "bag")
+    paths = [tmp_path / name for name in names] + [pathlib.Path(race.path)]
     listed = subprocess.run([program, "info", "--help"], check=True, capture_output=True, text=True).stdout
-    endings = set(re.findall(r"\((\.\w+)\)", listed.split("Formats, ")[1]))
-    assert endings == {path.suffix for path in paths} - {""}
+    endings = set(re.findall(r"\((\.[\w.]+)\)", listed.split("Formats, ")[1]))
+    assert endings == {"".join(path.suffixes) for path in paths} - {""}
     for path in paths:
         told = json.loads(subprocess.run([program, "info", path, "--json"], check=True, capture_output=True).stdout)
         scans = list(overtake.open(path))     # without a rig, but a race has its own: the clouds of its sensors
@@ -392,10 +455,10 @@ def test_damage_is_a_warning_and_the_rest_is_read(race, tmp_path):
     with pytest.warns(overtake.DamageWarning, match="torn.mcap"):
         frames = list(overtake.run(torn, rig=race.path, ego="none"))
     assert 5 < len(frames) < race.frame_count
-    with pytest.warns(overtake.DamageWarning):
+    with pytest.warns(overtake.DamageWarning, match="torn.mcap: .*; the scans are those before it"):
         recording = overtake.open(torn, race.path)
         scans = list(recording)
-    assert recording.damage and 3 * len(frames) - 2 <= len(scans) <= 3 * len(frames)
+    assert recording.damage and recording.losses == "" and 3 * len(frames) - 2 <= len(scans) <= 3 * len(frames)
 
 
 def test_a_map_without_poses_is_an_error(race):

@@ -561,6 +561,8 @@ def test_names(work):
     refused('--rig is needed')
     refused(r"this node has no topic /frnt/points; did you mean '/front/points'", *rig, '--remap', 'frnt/points:=/a')
     refused(r'FROM:=TO is needed', *rig, '--remap', 'front/points')
+    refused(r'two inputs, front and left, have the topic /a', *rig, '--remap', 'front/points:=/a',
+            '--remap', 'left/points:=/a')
     refused(r"'/2nd' is not a name of ROS 2", *rig, '--namespace', '/2nd')
     refused(r'--interface nothing: Cyclone DDS cannot join', '--rig', race, '--interface', 'nothing')
     refused(r'--domain', '--rig', race, '--domain', '233', code=2)

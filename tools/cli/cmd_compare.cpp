@@ -80,6 +80,8 @@ int compare_evaluations(const CompareOptions& options) {
 
 int compare(const CompareOptions& options) {
   if (is_evaluation(options.a) || !options.more.empty()) return compare_evaluations(options);
+  if (is_evaluation(options.b) && !std::filesystem::exists(options.b + "/detections.csv"))
+    throw io::Error(options.b, 0, "is a result of overtake evaluate, and " + options.a + " is none: compare two alike");
   const RunTables a = read_run(options.a), b = read_run(options.b);
   RunComparison found = compare_runs(a, b);
   const bool on_map = !options.map.empty() && options.map != "none";
@@ -103,6 +105,13 @@ int compare(const CompareOptions& options) {
              share_of(found.b.lone_rows, found.b.confirmed_rows)});
   std::printf("A: %s\nB: %s\n\n%s\n", printable(options.a).c_str(), printable(options.b).c_str(),
               table.format().c_str());
+  if (found.by_vehicle) {
+    const bool a_in_map = found.a.reference == Reference::kMap;
+    std::printf(
+        "Tracks of %s are in the map, those of %s in the vehicle frame: matched by ahead_m and left_m, without\n"
+        "their speeds.\n\n",
+        a_in_map ? "A" : "B", a_in_map ? "B" : "A");
+  }
   std::printf("Differences where both found one (median, 95 %%, largest):\n");
   std::printf("  %lld detections: position %s; heading %s\n", static_cast<long long>(found.detection_distance_m.count),
               sizes_of(found.detection_distance_m, 1, "m").c_str(),

@@ -33,6 +33,23 @@ int print_damages(const std::vector<std::string>& damages) {
   return damages.empty() ? 0 : kDamaged;
 }
 
+// --tune takes only logs, frames and workers; --recordings beside it takes presets.
+void check_tune(const EvaluateOptions& o) {
+  const bool no_preset = o.recordings.empty();
+  const std::pair<const char*, bool> without_effect[] = {{"--config", no_preset && !o.configs.empty()},
+                                                         {"--preset", no_preset && !o.presets.empty()},
+                                                         {"--variants", o.all_variants},
+                                                         {"--sweep", !o.sweep.empty()},
+                                                         {"--compare-every", o.compare_every > 1},
+                                                         {"--only-figures", o.only_figures},
+                                                         {"--from", o.from_s > 0},
+                                                         {"--to", o.to_s >= 0},
+                                                         {"--rig", !o.rig.empty()},
+                                                         {"--scaling", o.scaling}};
+  for (const auto& [name, given] : without_effect)
+    if (given) throw CLI::ExcludesError("--tune", name);
+}
+
 int evaluate(const EvaluateOptions& given) {
   EvaluateOptions options = given;
   if (options.logs.empty() && options.recordings.empty() && !options.check)
@@ -47,6 +64,7 @@ int evaluate(const EvaluateOptions& given) {
   if (options.all_variants)
     for (const std::string& variant : evaluation::variants_of(preset, configs))
       options.presets.push_back(preset + ":" + variant);
+  if (options.tune) check_tune(options);
   if (options.check) {
     evaluation::variants_to_run(options);
     return 0;
@@ -126,15 +144,17 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
                    "no baselines, times or pictures, and all presets at the same time: the fastest way to the table");
   command.add_option("--frames", options.most_frames, "end each log after this number of frames")
       ->check(CLI::Range(1, 1000000000));
-  command
-      .add_option("--from", options.from_s,
-                  "a piece of each log: its frames from this many seconds on; merge joins pieces. Needs --only-figures")
-      ->check(in_range(0.0, 1e6));
+  CLI::Option* const from =
+      command.add_option("--from", options.from_s,
+                         "a piece of each log: its frames from this many seconds on; merge joins pieces. Needs "
+                         "--only-figures");
+  from->check(in_range(0.0, 1e6));
   command.add_option("--to", options.to_s, "until before this many seconds (default: the end)")
       ->check(in_range(0.0, 1e6));
   command
       .add_option("--warm-up", options.warm_up_s, "seconds before --from that the pipeline gets, but nothing compares")
       ->check(in_range(0.0, 1e6))
+      ->needs(from)
       ->capture_default_str();
   command.add_option("--workers", options.workers, "parallel runs, 0: one per CPU; the results are the same")
       ->check(CLI::Range(0, 256));

@@ -46,9 +46,9 @@ void look_into(const io::BagTopic& topic, std::string_view data, TopicInfo& info
       info.points += int64_t(points);
       if (info.layout.empty()) info.layout = io::describe_layout(cloud);
       if (info.frame.empty()) info.frame = cloud.header.frame_id;
-    } else if (io::is_type(topic, io::kOdometryName) && info.frame.empty()) {
+    } else if (io::is_type(topic, io::kOdometryName)) {
       const io::Odometry odometry = io::decode_odometry(data);
-      info.frame = odometry.child_frame_id + " in " + odometry.header.frame_id;
+      if (info.frame.empty()) info.frame = odometry.child_frame_id + " in " + odometry.header.frame_id;
     }
   } catch (const std::runtime_error&) {
     ++info.undecoded;
@@ -103,7 +103,8 @@ void print_bag(const RecordingInfo& info) {
   for (const RecordingInfo::Topic& topic : info.topics) {
     if (!topic.layout.empty())
       std::printf("\n%s: %s a cloud; %s\n", printable(topic.name).c_str(),
-                  io::counted(topic.points / topic.messages, "point").c_str(), printable(topic.layout).c_str());
+                  io::counted(topic.points / (topic.messages - topic.undecoded), "point").c_str(),
+                  printable(topic.layout).c_str());
     if (topic.undecoded > 0)
       std::printf("%s: %s not fit %s type\n", printable(topic.name).c_str(),
                   io::counted(topic.undecoded, "message does", "messages do").c_str(),
@@ -150,7 +151,7 @@ RecordingInfo look_into_folder(const std::string& path) {
     const io::Format* by_name = file == path ? io::find_format(file) : io::find_format_by_name(file);
     if (!by_name || !by_name->cloud) continue;
     const std::string kind = by_name->extension;
-    const std::string stem = fs::path(file).stem().string();
+    const std::string stem = io::stem_of(file);
     const auto first = stem.find('_');
     const bool digits = stem.substr(0, first).find_first_not_of("0123456789") == std::string::npos;
     scans[(digits && first != std::string::npos ? "FRAME" + stem.substr(first) : "FRAME") + kind].push_back(file);

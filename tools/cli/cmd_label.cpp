@@ -40,6 +40,7 @@ std::vector<uint8_t> label_scan(const io::SensorScan& scan, const io::RigSensor&
 }
 
 int label(const LabelOptions& options) {
+  if (options.frame >= 0 && options.every > 1) throw CLI::ExcludesError("--frame", "--every");
   Options given;
   given.command = "label", given.input = options.input, given.rig = options.rig;
   const io::Rig rig = load_config_with_rig(given).rig;

@@ -34,18 +34,30 @@ double number_or_unknown(const io::Csv& csv, std::size_t row, int32_t column) {
   return column < 0 || csv.text(row, column).empty() ? kUnknown : csv.number(row, column);
 }
 
+// tracks.csv does not name its frame of reference. In the vehicle frame, the places beside each other are the same.
+Reference reference_of(const RunTables& run) {
+  Reference found = Reference::kUnknown;
+  for (const auto& [frame, rows] : run.tracks)
+    for (const RunTables::Track& t : rows) {
+      if (t.ahead_m != t.x_m || t.left_m != t.y_m) return Reference::kMap;
+      found = Reference::kVehicle;
+    }
+  return found;
+}
+
 struct Pair {
   double distance_m;
   std::size_t a, b;
 };
 
-// Pairs within kSamePlaceM, each row in one of them at most: the nearest first.
+// Pairs within kSamePlaceM, each row in one of them at most: the nearest first. A row of unknown place is in none.
 template <class Row>
-std::vector<Pair> match(const std::vector<Row>& a, const std::vector<Row>& b) {
+std::vector<Pair> match(const std::vector<Row>& a, const std::vector<Row>& b, double Row::*x = &Row::x_m,
+                        double Row::*y = &Row::y_m) {
   std::vector<Pair> pairs, out;
   for (std::size_t i = 0; i < a.size(); ++i)
     for (std::size_t k = 0; k < b.size(); ++k)
-      if (const double d = std::hypot(a[i].x_m - b[k].x_m, a[i].y_m - b[k].y_m); d <= kSamePlaceM)
+      if (const double d = std::hypot(a[i].*x - b[k].*x, a[i].*y - b[k].*y); d <= kSamePlaceM)
         pairs.push_back({d, i, k});
   std::sort(pairs.begin(), pairs.end(), [](const Pair& p, const Pair& q) {
     return std::tie(p.distance_m, p.a, p.b) < std::tie(q.distance_m, q.a, q.b);
@@ -122,6 +134,7 @@ void finish(const Lives& lives, RunCounts& out) {
 }
 
 void count(const RunTables& run, RunCounts& out) {
+  out.reference = run.reference;
   std::set<uint64_t> ids;
   for (const auto& [frame, rows] : run.detections) out.detections += int64_t(rows.size());
   out.frames_with_detections = int64_t(run.detections.size());
@@ -163,6 +176,7 @@ RunTables read_run(const std::string& folder) {
            number_or_unknown(*csv, i, speed), number_or_unknown(*csv, i, ahead), number_or_unknown(*csv, i, left)});
       out.stamp_of_frame.try_emplace(csv->integer(i, frame), csv->integer(i, stamp));
     }
+    if (ahead >= 0 && left >= 0) out.reference = reference_of(out);
   }
   return out;
 }
@@ -171,6 +185,10 @@ RunComparison compare_runs(const RunTables& a, const RunTables& b) {
   check_same_recording(a, b);
   RunComparison out;
   count(a, out.a), count(b, out.b);
+  out.by_vehicle =
+      a.reference != b.reference && a.reference != Reference::kUnknown && b.reference != Reference::kUnknown;
+  const auto x = out.by_vehicle ? &RunTables::Track::ahead_m : &RunTables::Track::x_m;
+  const auto y = out.by_vehicle ? &RunTables::Track::left_m : &RunTables::Track::y_m;
   std::vector<double> distance, turn;
   for (const int64_t frame : keys_of(a.detections, b.detections)) {
     const auto &of_a = rows_at(a.detections, frame), &of_b = rows_at(b.detections, frame);
@@ -192,10 +210,10 @@ RunComparison compare_runs(const RunTables& a, const RunTables& b) {
     const int64_t stamp_ns = stamp_of(frame, a, b);
     const auto of_a = confirmed_of(rows_at(a.tracks, frame)), of_b = confirmed_of(rows_at(b.tracks, frame));
     std::vector<bool> matched_a(of_a.size(), false), matched_b(of_b.size(), false);
-    for (const Pair& p : match(of_a, of_b)) {
+    for (const Pair& p : match(of_a, of_b, x, y)) {
       matched_a[p.a] = matched_b[p.b] = true;
       apart.push_back(p.distance_m);
-      faster.push_back(std::fabs(of_a[p.a].speed_mps - of_b[p.b].speed_mps));
+      if (!out.by_vehicle) faster.push_back(std::fabs(of_a[p.a].speed_mps - of_b[p.b].speed_mps));
     }
     for (std::size_t i = 0; i < of_a.size(); ++i) live(lives_a, of_a[i], stamp_ns, begin_ns, matched_a[i]);
     for (std::size_t i = 0; i < of_b.size(); ++i) live(lives_b, of_b[i], stamp_ns, begin_ns, matched_b[i]);
@@ -207,11 +225,13 @@ RunComparison compare_runs(const RunTables& a, const RunTables& b) {
 
 void place_on_map(RunComparison& comparison, const std::string& map_file) {
   const CircuitMap map = read_circuit(map_file);
-  for (RunCounts* run : {&comparison.a, &comparison.b})
+  for (RunCounts* run : {&comparison.a, &comparison.b}) {
+    if (run->reference == Reference::kVehicle) continue;
     for (LoneTrack& t : run->lone_tracks) {
       const MapProjection at = map.project(t.x_m, t.y_m);
       t.s_m = at.s_m, t.d_m = at.d_m;
     }
+  }
 }
 
 }  // namespace overtake::cli

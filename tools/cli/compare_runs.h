@@ -15,6 +15,8 @@ namespace overtake::cli {
 
 inline constexpr double kSamePlaceM = 2.0;
 
+enum class Reference { kUnknown, kMap, kVehicle };
+
 struct RunTables {
   struct Detection {
     double x_m, y_m, heading_rad;
@@ -25,6 +27,7 @@ struct RunTables {
     double x_m, y_m, speed_mps, ahead_m, left_m;  // NaN: not known
   };
   std::string folder;
+  Reference reference = Reference::kUnknown;             // of the tracks' x_m, y_m
   std::map<int64_t, std::vector<Detection>> detections;  // by frame
   std::map<int64_t, std::vector<Track>> tracks;          // by frame
   std::map<int64_t, int64_t> stamp_of_frame;             // of the frames with a detection or a track
@@ -43,6 +46,7 @@ struct LoneTrack {
 };
 
 struct RunCounts {
+  Reference reference = Reference::kUnknown;
   int64_t detections = 0, frames_with_detections = 0, tracks = 0, confirmed_tracks = 0, confirmed_rows = 0;
   int64_t lone_detections = 0, lone_rows = 0;  // without a match in the other run
   std::vector<LoneTrack> lone_tracks;          // in order of time
@@ -50,13 +54,15 @@ struct RunCounts {
 
 struct RunComparison {
   RunCounts a, b;
+  bool by_vehicle =
+      false;  // one run's tracks are in the map, the other's are not: matched by ahead_m, left_m, no speeds
   // Sizes of the differences of the matched ones.
   metrics::Summary detection_distance_m, detection_turn_rad, track_distance_m, track_speed_mps;
 };
 // Matches in the same frame, nearest pairs first. Throws io::Error if the runs are of
 // different recordings.
 RunComparison compare_runs(const RunTables& a, const RunTables& b);
-// Fills s_m and d_m. Throws io::Error.
+// Fills s_m and d_m of tracks in the map. Throws io::Error.
 void place_on_map(RunComparison& comparison, const std::string& map_file);
 
 }  // namespace overtake::cli

@@ -41,6 +41,8 @@ std::string frame_names(const std::set<std::string>& names) {
   return io::join(words, ", ");
 }
 
+constexpr std::size_t kKept = 1'000'000;  // poses of an hour or more
+
 // "; then: ...; ...; and 3 more" of `count` errors; "" for none.
 std::string format_more(const std::vector<std::string>& errors, int64_t count) {
   if (errors.empty()) return "";
@@ -64,7 +66,24 @@ void Doctor::add_error(int32_t sensor, const std::string& sentence) {
 }
 
 void Doctor::add_ego(const io::EgoRow& row) {
-  if (ego_.size() < 1'000'000) ego_.push_back(row);
+  if (ego_.poses++ > 0) ego_.add_step(row);
+  if (ego_.rows.size() < kKept) ego_.rows.push_back(row);
+  ego_.first_ns = std::min(ego_.first_ns, row.stamp_ns);
+  ego_.last_ns = std::max(ego_.last_ns, row.stamp_ns);
+  ego_.newest = row;
+}
+
+void Doctor::Ego::add_step(const io::EgoRow& row) {
+  const int64_t step = row.stamp_ns - newest.stamp_ns;
+  backward += step < 0;
+  if (step <= 0 || step > 1'000'000'000) return;
+  if (steps_ns.size() < kKept) steps_ns.push_back(step);
+  const double dx = row.x_m - newest.x_m, dy = row.y_m - newest.y_m;
+  const double speed = std::hypot(dx, dy) / seconds(step);
+  if (speed < 5) return;
+  ++moving;
+  crooked += std::fabs(io::wrap_angle(std::atan2(dy, dx) - row.yaw_rad)) > 0.35;
+  fast += std::fabs(speed - std::fabs(row.speed_mps)) > 0.2 * speed + 1;
 }
 
 void Doctor::add_scan(const io::SensorScan& scan) {
@@ -335,39 +354,24 @@ void Doctor::judge_mounting(std::size_t i, std::vector<Finding>& out) const {
 }
 
 void Doctor::judge_ego(std::vector<Finding>& out) const {
-  if (ego_.empty())
+  const int64_t first = ego_.first_ns, last = ego_.last_ns;
+  if (ego_.poses == 0)
     return out.push_back({false, "ego",
                           "there are no ego poses: tracks will be in the vehicle frame, and no map can be used",
                           "name their topic in the rig file ([topics] ego = [\"/...\"]), or give --ego FILE"});
-  int64_t first = INT64_MAX, last = INT64_MIN, backward = 0, moving = 0, crooked = 0, fast = 0;
-  std::vector<int64_t> steps;
-  for (std::size_t k = 0; k < ego_.size(); ++k) {
-    first = std::min(first, ego_[k].stamp_ns);
-    last = std::max(last, ego_[k].stamp_ns);
-    if (k == 0) continue;
-    const int64_t step = ego_[k].stamp_ns - ego_[k - 1].stamp_ns;
-    backward += step < 0;
-    if (step <= 0 || step > 1'000'000'000) continue;
-    steps.push_back(step);
-    const double dx = ego_[k].x_m - ego_[k - 1].x_m, dy = ego_[k].y_m - ego_[k - 1].y_m;
-    const double speed = std::hypot(dx, dy) / seconds(step);
-    if (speed < 5) continue;
-    ++moving;
-    crooked += std::fabs(io::wrap_angle(std::atan2(dy, dx) - ego_[k].yaw_rad)) > 0.35;
-    fast += std::fabs(speed - std::fabs(ego_[k].speed_mps)) > 0.2 * speed + 1;
-  }
-  if (backward > 0)
-    out.push_back({true, "ego", "the stamps of its poses go back " + counted(backward, "time"),
+  if (ego_.backward > 0)
+    out.push_back({true, "ego", "the stamps of its poses go back " + counted(ego_.backward, "time"),
                    "sort them by stamp; poses that are late are not used"});
-  if (moving > 10 && crooked * 2 > moving)
+  if (ego_.moving > 10 && ego_.crooked * 2 > ego_.moving)
     out.push_back({true, "ego",
-                   "its yaw does not fit its motion: they differ by more than 20 deg in " + percent(crooked, moving) +
-                       " of the time",
+                   "its yaw does not fit its motion: they differ by more than 20 deg in " +
+                       percent(ego_.crooked, ego_.moving) + " of the time",
                    "check the unit (radians) and the convention of the yaw (0 along x, growing to the left)"});
-  if (moving > 10 && fast * 2 > moving)
-    out.push_back({true, "ego", "its speed does not fit its motion in " + percent(fast, moving) + " of the time",
+  if (ego_.moving > 10 && ego_.fast * 2 > ego_.moving)
+    out.push_back({true, "ego",
+                   "its speed does not fit its motion in " + percent(ego_.fast, ego_.moving) + " of the time",
                    "check the unit of the twist (m/s, along x of the vehicle) and of the stamps"});
-  const int64_t step = median(steps);
+  const int64_t step = median(ego_.steps_ns);
   if (step > 100'000'000)
     out.push_back({false, "ego", "its poses come every " + fixed(seconds(step), 2) + " s; 100 Hz is better", ""});
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
@@ -401,27 +405,27 @@ void Doctor::set_map(const io::MapData& map, const std::string& file, const ovt_
 }
 
 void Doctor::judge_place(std::vector<Finding>& out) const {
-  if (map_.empty() || ego_.empty()) return;
+  if (map_.empty() || ego_.rows.empty()) return;
   int64_t off = 0;
   double farthest_m = 0;
   int32_t hint = -1;
-  for (const io::EgoRow& row : ego_) {
+  for (const io::EgoRow& row : ego_.rows) {
     const double m = map_.measure_outside(row.x_m, row.y_m, &hint);
     off += m > map_margin_m_;
     farthest_m = std::max(farthest_m, std::min(m, 1e9));
   }
   if (off == 0) return;
-  const bool most = 2 * off > int64_t(ego_.size());
+  const bool most = 2 * off > int64_t(ego_.rows.size());
   out.push_back({most, "map",
                  "the ego vehicle is outside of " + map_file_ + " in " + std::to_string(off) + " of " +
-                     counted(int64_t(ego_.size()), "pose") + ", by up to " + fixed(farthest_m, 1) + " m",
+                     counted(int64_t(ego_.rows.size()), "pose") + ", by up to " + fixed(farthest_m, 1) + " m",
                  most ? "give the map of this course, in the frame of reference of the poses (east, north)"
                       : "the map is not used there; where it is no pit lane and no run-off, check the poses"});
 }
 
 void Doctor::judge_direction(std::vector<Finding>& out) const {
   MapDirection direction;
-  for (const io::EgoRow& row : ego_) direction.add(map_, row, map_margin_m_);
+  for (const io::EgoRow& row : ego_.rows) direction.add(map_, row, map_margin_m_);
   if (direction.is_against())
     out.push_back({true, "map", direction.sentence(map_file_),
                    "turn its lines round: the points of a map are in driving direction"});

@@ -67,6 +67,14 @@ class Doctor {
     std::array<bool, 72> seen = {};  // azimuths, 5 degrees each
     LineShapes shapes;
   };
+  struct Ego {
+    int64_t poses = 0, first_ns = INT64_MAX, last_ns = INT64_MIN, backward = 0, moving = 0, crooked = 0, fast = 0;
+    io::EgoRow newest;
+    std::vector<int64_t> steps_ns;  // the first ones
+    std::vector<io::EgoRow> rows;   // the first ones, for the map
+
+    void add_step(const io::EgoRow& row);  // from `newest` to `row`
+  };
   void look_at_points(const io::SensorScan& scan, const io::RigSensor& model, Sensor& s) const;
   void judge_presence(std::size_t i, std::vector<Finding>& out) const;
   void judge_points(std::size_t i, std::vector<Finding>& out) const;
@@ -83,7 +91,7 @@ class Doctor {
   const io::Rig rig_;
   std::vector<Sensor> sensors_;
   std::vector<WallDirections> walls_;
-  std::vector<io::EgoRow> ego_;
+  Ego ego_;
   CircuitMap map_;
   std::string map_file_;
   double map_margin_m_ = 0;

@@ -36,7 +36,10 @@ Json json_of_track(const LoneTrack& t) {
 }
 
 Json json_of_run(const std::string& path, const RunCounts& run) {
+  const Json reference =
+      run.reference == Reference::kUnknown ? Json() : Json(run.reference == Reference::kMap ? "map" : "vehicle");
   Json json = {{"path", path},
+               {"reference", reference},
                {"detections", run.detections},
                {"frames_with_detections", run.frames_with_detections},
                {"detections_without_match", run.lone_detections},

@@ -3,8 +3,10 @@
 #
 # The plan of a sweep: from sweep.yaml (sweep.schema.yaml) its logs, groups of configurations and parts. A part is one
 # job: a log with a group. The Snakefile and tools/dev/evaluate_set use it.
+import atexit
 import base64
 import difflib
+import fcntl
 import hashlib
 import itertools
 import json
@@ -14,6 +16,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
@@ -25,6 +28,13 @@ RESOURCES = {'simulate': {'threads': 1, 'mem_mb': 2000, 'runtime': 120},
              'merge': {'threads': 1, 'mem_mb': 8000, 'runtime': 240},
              'report': {'threads': 1, 'mem_mb': 8000, 'runtime': 240},
              'times': {'threads': os.cpu_count()}}
+LOCK = '.sweep'
+LOCK_OF_CALLER = 'OVERTAKE_SWEEP_LOCK'  # its file descriptor, of a program that locks a folder and calls Snakemake
+WRITES = ('configs', 'inputs', 'jobs', 'logs', 'parts', 'whole')
+# Options with which Snakemake runs nothing, by their names in its parser.
+LOOKS = ('dryrun', 'unlock', 'dag', 'rulegraph', 'filegraph', 'd3dag', 'summary', 'detailed_summary', 'list',
+         'list_target_rules', 'list_version_changes', 'list_code_changes', 'list_input_changes', 'list_params_changes',
+         'list_untracked', 'lint', 'print_compilation')
 
 
 class SweepError(Exception):
@@ -99,6 +109,11 @@ def words_of(arguments, *names):
     return out
 
 
+def only_looks(arguments):
+    """Of Snakemake's parsed arguments."""
+    return any(getattr(arguments, name, None) for name in LOOKS)
+
+
 def check_version(version):
     """Snakemake 8 has no --cluster, and its workflow has no mode."""
     number = [int(n) for n in re.findall('[0-9]+', version)[:2]]
@@ -131,7 +146,7 @@ def find_profile(profile):
     return next((f'{f}/config.yaml' for f in folders if os.path.isfile(f'{f}/config.yaml')), None)
 
 
-def check_profile(arguments):
+def check_profile(arguments, runs_jobs):
     """Snakemake runs the profile's programs in the folder of --directory, where it would not find them. Where Slurm does
     not answer, it would try each job, one after the other."""
     commands = words_of(arguments, '--cluster')
@@ -140,7 +155,6 @@ def check_profile(arguments):
             fail('--profile', f'{profile} must be an absolute path: "$PWD/{profile}"')
         path = find_profile(profile)
         commands.append(str(read_yaml(path, '--profile').get('cluster')) if path else '')
-    runs_jobs = not any(re.fullmatch('--dry-?run|--unlock|-[a-zA-Z]*n[a-zA-Z]*', word) for word in arguments)
     if runs_jobs and any('sbatch' in command for command in commands):
         check_slurm()
 
@@ -205,11 +219,18 @@ def scenario_file(scenario, base):
     return path if os.path.exists(path) else None
 
 
-def seeds_of(seeds, scenario, text):
+def scenario_fields(path, text):
+    import tomllib  # of Python 3.11
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        fail('scenarios', f'{path}: {error}')
+
+
+def seeds_of(seeds, scenario, about):
     if isinstance(seeds, list):
         return seeds
-    found = re.search(rf'^{"tune" if seeds == "tune" else "test"}_seeds = \[(.*)\]$', text or '', re.MULTILINE)
-    numbers = [int(word) for word in found.group(1).split(',')] if found and found.group(1).strip() else []
+    numbers = about.get('tune_seeds' if seeds == 'tune' else 'test_seeds')
     if not numbers:
         fail('seeds', f"{scenario} names no seeds for '{seeds}'")
     return numbers[:1] if seeds == 'first' else numbers
@@ -230,16 +251,16 @@ def simulated_logs(config, base):
         if name in texts:
             fail('scenarios', f"two scenarios have the name '{name}'")
         texts[name] = text
-        for seed in seeds_of(config['seeds'], name, text):
+        about = scenario_fields(path, text)
+        for seed in seeds_of(config['seeds'], name, about):
             options = [path if scenario.endswith('.toml') else scenario, '--seed', str(seed)]
             options += [] if seconds is None else ['--seconds', f'{seconds:g}']
             log = f'{name}_{seed}' + ('' if seconds is None else f'_{seconds:g}s')
             logs[log] = {'scenario': name, 'options': options}
             if 'pieces' in config:
-                length = re.search(r'^seconds = ([0-9.]+)', text, re.MULTILINE)
-                if seconds is None and not length:
+                if seconds is None and 'seconds' not in about:
                     fail('pieces', f'{name} does not say how long it takes: give seconds')
-                logs[log]['length_s'] = min([seconds or 1e9] + ([float(length.group(1))] if length else []))
+                logs[log]['length_s'] = min(seconds or 1e9, about.get('seconds', 1e9))
     return logs, texts
 
 
@@ -358,15 +379,19 @@ def options_of(presets, configs):
 # ---- the plan
 
 
-def check(program, config, presets, configs, folder):
-    """Asks the program whether these contestants can run."""
-    os.makedirs(os.path.join(folder, 'configs'), exist_ok=True)
+def write_configs(configs, folder):
     for name, text in configs.items():
         write_changed(os.path.join(folder, f'configs/{name}.toml'), text)
+
+
+def check(program, config, presets, configs):
+    """Asks the program whether these contestants can run."""
     extra = ['--sweep', config['sweep']] if config.get('sweep') else []
     extra += ['--variants'] if config.get('variants') else []
-    done = subprocess.run([program, 'evaluate', '--check', *options_of(presets, configs), *extra, '--out', 'out'],
-                          capture_output=True, text=True, cwd=folder)
+    with tempfile.TemporaryDirectory() as folder:
+        write_configs(configs, folder)
+        done = subprocess.run([program, 'evaluate', '--check', *options_of(presets, configs), *extra, '--out', 'out'],
+                              capture_output=True, text=True, cwd=folder)
     if done.returncode:
         sentence = re.sub('^overtake: ', '', done.stderr.split('\n')[0])
         field = 'sweep' if sentence.startswith('--sweep') else 'presets' if sentence.startswith('--preset') else (
@@ -389,7 +414,7 @@ def plan_of(config, config_file, validate):
         raise SweepError(f'{config_file}: {error}') from None
 
 
-def make_plan(config, base, folder='.'):
+def make_plan(config, base):
     """The plan of a valid config (with its defaults); `base`: the folder of its paths. Throws SweepError."""
     program = find_program(os.path.join(base, config['overtake'])
                            if '/' in config.get('overtake', '') else config.get('overtake'))
@@ -444,7 +469,7 @@ def make_plan(config, base, folder='.'):
             fail(f'against.{k}', f"'{config['against'][k]}' has no metrics.json")
     results = ['metrics.json', 'report.html'] + (['comparison.json'] if against else [])
     resources = {rule: {**RESOURCES[rule], **config.get('resources', {}).get(rule, {})} for rule in RESOURCES}
-    check(program, config, presets, configs, folder)
+    check(program, config, presets, configs)
     texts = {'build': run(program, '--version').stdout, 'judge': quote(judge) + '\n' + quote(of_recording) + '\n',
              'first': quote(options_of(presets, configs)) + '\n' + ''.join(configs.values()),
              'pieces': json.dumps(config.get('pieces', {})) + '\n',
@@ -462,7 +487,7 @@ def make_plan(config, base, folder='.'):
             'results': measured if config.get('shard') else results, 'against': against,
             'measured': measured, 'data_sets': config.get('data_sets') and os.path.join(base, config['data_sets']),
             'first': options_of(presets, configs), 'keep_logs': config['keep_logs'] or 'no', 'retries': config['retries'],
-            'resources': resources, 'texts': texts}
+            'resources': resources, 'texts': texts, 'configs': configs}
 
 
 def write_changed(path, text):
@@ -480,16 +505,71 @@ def write_changed(path, text):
     return before is not None
 
 
+def is_config(path, configs):
+    name = os.path.basename(path)
+    if not name.endswith('.toml') or name[:-5] not in configs or not os.path.isfile(path):
+        return False
+    with open(path, 'rb') as file:
+        return file.read() == configs[name[:-5]].encode()
+
+
+def check_folder(plan, folder='.'):
+    """A sweep replaces and deletes files of these names: it needs a folder of its own. Races made by hand are taken, and
+    the plan's configurations may be there (tools/dev/ablation)."""
+    there = lambda *names: any(os.path.exists(os.path.join(folder, name)) for name in names)
+    foreign = [] if there(LOCK, 'inputs/plan.json') else [name for name in WRITES if there(name)]
+    if plan['keep_logs'] == 'any' and 'logs' in foreign:
+        foreign.remove('logs')
+    configs = os.path.join(folder, 'configs')
+    if os.path.isdir(configs) and all(is_config(os.path.join(configs, n), plan['configs']) for n in os.listdir(configs)):
+        foreign = [name for name in foreign if name != 'configs']
+    if there('runs') and not there('.overtake'):
+        foreign.append('runs')
+    if foreign:
+        fail('--directory', f'{os.path.abspath(folder)}/{foreign[0]} is not of a sweep: choose another folder')
+
+
+def lock_folder(folder='.'):
+    """One sweep at a time, which also plans alone: jobs that start later read the plan's files. The lock that Snakemake
+    leaves when it is killed does not do. Returns the file that holds the lock."""
+    file = open(os.path.join(folder, LOCK), 'a')
+    try:
+        if os.path.sameopenfile(int(os.environ.get(LOCK_OF_CALLER, '-1')), file.fileno()):
+            return file
+    except (OSError, ValueError, OverflowError):
+        pass
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        fail('--directory', f'{os.path.abspath(folder)}: another sweep is running there')
+    except OSError:
+        pass  # a file system without locks: Snakemake's own is left
+    return file
+
+
+def shadow_of(folder):
+    """A temporary folder that shows what `folder` holds, for a plan that changes nothing in it."""
+    shadow = tempfile.mkdtemp(prefix='overtake_sweep_')
+    atexit.register(shutil.rmtree, shadow, ignore_errors=True)
+    for name in os.listdir(folder):
+        path, link = os.path.join(os.path.abspath(folder), name), os.path.join(shadow, name)
+        if name in ('configs', 'inputs'):
+            shutil.copytree(path, link)  # with the files' times
+        else:
+            os.symlink(path, link)
+            about = os.lstat(path)
+            os.utime(link, ns=(about.st_atime_ns, about.st_mtime_ns), follow_symlinks=False)
+    return shadow
+
+
 def write_plan(plan, folder='.'):
-    # The rule merge replaces the folder runs.
-    if os.path.exists(os.path.join(folder, 'runs')) and not os.path.exists(os.path.join(folder, '.overtake')):
-        fail('--directory', f'{os.path.abspath(folder)}/runs is not of a sweep: choose another folder')
+    write_configs(plan['configs'], folder)
     changed = [name for name, text in plan['texts'].items() if write_changed(os.path.join(folder, 'inputs', name), text)]
     if 'build' in changed or 'first' in changed:  # also where this sweep does not measure them
         for name in ('scaling.json', 'recordings.json'):
             if os.path.exists(os.path.join(folder, name)):
                 os.remove(os.path.join(folder, name))
-    stored = {key: value for key, value in plan.items() if key != 'texts'}
+    stored = {key: value for key, value in plan.items() if key not in ('texts', 'configs')}
     write_changed(os.path.join(folder, 'inputs/plan.json'), json.dumps(stored, indent=1) + '\n')
 
 

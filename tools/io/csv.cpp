@@ -43,6 +43,12 @@ bool no_number(const std::vector<std::string_view>& cells) {
   return true;
 }
 
+// The column in front may have no name, as the index that pandas writes.
+bool is_header(const std::vector<std::string_view>& cells) {
+  const bool has_index = cells.size() > 1 && cells[0].empty();
+  return no_number({cells.begin() + has_index, cells.end()});
+}
+
 std::string name_without_unit(std::string_view name) { return lower_case(trim(name.substr(0, name.find('(')))); }
 
 std::vector<std::string> to_strings(const std::vector<std::string_view>& cells) { return {cells.begin(), cells.end()}; }
@@ -77,7 +83,7 @@ Csv Csv::parse(const std::string& path_in_errors, std::string text) {
     if (one_more && cells.back().empty()) cells.pop_back();  // a delimiter at the end of the line
     if (csv.column_count_ == 0) {
       csv.column_count_ = cells.size();
-      if (no_number(cells)) {
+      if (is_header(cells)) {
         csv.names_ = to_strings(cells);
         continue;
       }
@@ -118,7 +124,8 @@ int32_t Csv::need(std::initializer_list<std::string_view> names) const {
 void Csv::note_unread(std::initializer_list<int32_t> read, std::vector<std::string>& notes) const {
   std::vector<std::string> others;
   for (std::size_t i = 0; i < names_.size(); ++i)
-    if (std::find(read.begin(), read.end(), int32_t(i)) == read.end()) others.push_back(names_[i]);
+    if (!names_[i].empty() && std::find(read.begin(), read.end(), int32_t(i)) == read.end())
+      others.push_back(names_[i]);
   if (others.empty()) return;
   notes.push_back(path_ +
                   (others.size() == 1 ? " has a column that is not read: " : " has columns that are not read: ") +

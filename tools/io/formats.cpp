@@ -55,15 +55,23 @@ const Format* find_format_by_mark(std::string_view head) {
 }
 
 const Format* find_format_by_name(const std::string& path) {
-  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+  const std::string name = lower_case(std::filesystem::path(path).filename().string());
   for (const Format& format : kFormats)
-    if (extension == format.extension) return &format;
+    if (name.size() > std::string_view(format.extension).size() && name.ends_with(format.extension)) return &format;
   return nullptr;
 }
 
 const Format* find_format(const std::string& path) {
   const Format* format = find_format_by_mark(read_head(path));
   return format ? format : find_format_by_name(path);
+}
+
+std::string stem_of(const std::string& path) {
+  const std::filesystem::path file(path);
+  const Format* format = find_format_by_name(path);
+  if (!format) return file.stem().string();
+  const std::string name = file.filename().string();
+  return name.substr(0, name.size() - std::string_view(format->extension).size());
 }
 
 Cloud read_cloud(const std::string& path) {

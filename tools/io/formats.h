@@ -68,13 +68,14 @@ std::string read_head(const std::string& path);  // "" if the file is missing or
 const Format* find_format_by_mark(std::string_view head);
 const Format* find_format_by_name(const std::string& path);
 const Format* find_format(const std::string& path);  // by the file's mark, else by its name
+std::string stem_of(const std::string& path);        // the file's name without folder and extension of its format
 
 // Reads a file with one cloud in any format of the table. Both throw Error.
 Cloud read_cloud(const std::string& path);
 Cloud read_cloud_header(const std::string& path);  // fields and number of points; no columns
 
 // For error texts and help, from the table:
-std::string list_extensions();  // ".pcd, .bin, .ply, .db3 or .mcap"
+std::string list_extensions();  // ".pcd, .pcd.bin, .bin, .ply, .db3 or .mcap"
 std::string describe_inputs();  // the accepted kinds of recordings, in one line
 std::string list_formats();     // one line per format: name, extension, supported content
 

@@ -1,56 +1,71 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/io/kitti_bin.h"
-
+//
+// Scans of KITTI and nuScenes: float32 numbers, point after point, nothing else.
 #include <cstring>
+#include <span>
 
 #include "tools/io/error.h"
 #include "tools/io/formats.h"
 #include "tools/io/memory_limit.h"
+#include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
 
-constexpr std::size_t kBinPoint = 16;
-constexpr const char* kBinField[] = {"x", "y", "z", "intensity"};
+using Fields = std::span<const char* const>;
+constexpr const char* kKittiFields[] = {"x", "y", "z", "intensity"};
+constexpr const char* kNuscenesFields[] = {"x", "y", "z", "intensity", "ring"};
 
-Cloud header_of_kitti_bin(const std::string& path, const std::string& bytes) {
-  if (bytes.size() % kBinPoint != 0)
+std::size_t point_bytes(Fields fields) { return 4 * fields.size(); }
+
+Cloud parse_header(Fields fields, const std::string& path, const std::string& bytes) {
+  const std::size_t points = bytes.size() / point_bytes(fields);
+  if (bytes.size() % point_bytes(fields) != 0)
     throw Error(path, 0,
-                "ends within point " + std::to_string(bytes.size() / kBinPoint) +
-                    ": a point takes 16 bytes (x y z intensity as float32)");
-  if (bytes.size() / kBinPoint > std::size_t(INT32_MAX)) throw Error(path, 0, "holds too many points");
+                "ends within point " + std::to_string(points) + ": a point takes " +
+                    std::to_string(point_bytes(fields)) + " bytes (" +
+                    join(std::vector<std::string>(fields.begin(), fields.end()), " ") + " as float32)");
+  if (points > std::size_t(INT32_MAX)) throw Error(path, 0, "holds too many points");
   Cloud cloud;
-  cloud.points = int64_t(bytes.size() / kBinPoint);
-  for (const char* name : kBinField) cloud.fields.push_back({name, ValueType::kFloat32, 1});
+  cloud.points = int64_t(points);
+  for (const char* name : fields) cloud.fields.push_back({name, ValueType::kFloat32, 1});
   return cloud;
 }
 
-std::vector<CloudExample> kitti_bin_examples(const Cloud& cloud) { return {{format_kitti_bin(cloud), kBinPoint}}; }
-
-}  // namespace
-
-Cloud parse_kitti_bin(const std::string& path, const std::string& bytes) {
-  Cloud cloud = header_of_kitti_bin(path, bytes);
+Cloud parse(Fields fields, const std::string& path, const std::string& bytes) {
+  Cloud cloud = parse_header(fields, path, bytes);
   check_memory(path, 2 * uint64_t(bytes.size()), "the scan");
   cloud.columns = make_columns(cloud.fields, cloud.points);
   for (std::size_t f = 0; f < cloud.columns.size(); ++f)
     for (std::size_t i = 0; i < std::size_t(cloud.points); ++i)
-      std::memcpy(cloud.columns[f].bytes.data() + 4 * i, bytes.data() + kBinPoint * i + 4 * f, 4);
+      std::memcpy(cloud.columns[f].bytes.data() + 4 * i, bytes.data() + point_bytes(fields) * i + 4 * f, 4);
   return cloud;
 }
 
-std::string format_kitti_bin(const Cloud& cloud) {
-  std::string out(kBinPoint * std::size_t(cloud.points), '\0');
-  for (std::size_t f = 0; f < std::size(kBinField); ++f)
-    if (const CloudColumn* column = cloud.find(kBinField[f]))
+// 0 for a field that the cloud lacks.
+std::string format(Fields fields, const Cloud& cloud) {
+  std::string out(point_bytes(fields) * std::size_t(cloud.points), '\0');
+  for (std::size_t f = 0; f < fields.size(); ++f)
+    if (const CloudColumn* column = cloud.find(fields[f]))
       for (std::size_t i = 0; i < std::size_t(cloud.points); ++i) {
         const float value = float(column->value(i));
-        std::memcpy(out.data() + kBinPoint * i + 4 * f, &value, 4);
+        std::memcpy(out.data() + point_bytes(fields) * i + 4 * f, &value, 4);
       }
   return out;
 }
 
-const CloudFormat kitti_bin_format = {nullptr, header_of_kitti_bin, parse_kitti_bin, kitti_bin_examples};
+template <const auto& kFields>
+constexpr CloudFormat format_of = {
+    nullptr, [](const std::string& path, const std::string& bytes) { return parse_header(kFields, path, bytes); },
+    [](const std::string& path, const std::string& bytes) { return parse(kFields, path, bytes); },
+    [](const Cloud& cloud) {
+      return std::vector<CloudExample>{{format(kFields, cloud), point_bytes(kFields)}};
+    }};
+
+}  // namespace
+
+const CloudFormat kitti_bin_format = format_of<kKittiFields>;
+const CloudFormat nuscenes_bin_format = format_of<kNuscenesFields>;
 
 }  // namespace overtake::io

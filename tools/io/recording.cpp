@@ -44,7 +44,10 @@ ScanName parse_scan_name(const std::string& path, const std::string& stem) {
   return name;
 }
 
-std::string extension_of(const std::string& path) { return fs::path(path).extension().string(); }
+std::string extension_of(const std::string& path) {
+  const Format* format = find_format_by_name(path);
+  return format ? format->extension : fs::path(path).extension().string();
+}
 
 // The file itself, or the files of a folder with the extension of a cloud format. Does not look into the files.
 std::vector<std::string> list_files(const std::string& path) {
@@ -76,7 +79,7 @@ Recording::Recording(const std::string& path, Rig rig) : path_(path), rig_(std::
   const bool one_cloud = rig_.sensors.size() == 1 || rig_.shared_cloud;
   std::map<int64_t, Entry> frames;
   for (const std::string& file : files) {
-    ScanName name = parse_scan_name(file, fs::path(file).stem().string());
+    ScanName name = parse_scan_name(file, stem_of(file));
     if (name.frame < 0) {
       if (!single_file)
         throw Error(file, 0,
@@ -131,8 +134,7 @@ FrameScans Recording::read(std::size_t i, std::vector<LostFile>* lost) const {
 
 std::set<std::string> sensor_names_in(const std::string& path) {
   std::set<std::string> names;
-  for (const std::string& file : list_files(path))
-    names.insert(parse_scan_name(file, fs::path(file).stem().string()).sensor);
+  for (const std::string& file : list_files(path)) names.insert(parse_scan_name(file, stem_of(file)).sensor);
   return names;
 }
 

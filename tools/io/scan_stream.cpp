@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/io/scan_stream.h"
 
+#include <utility>
+
 #include "tools/io/bag_reader.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
@@ -15,7 +17,7 @@ class FolderStream : public ScanStream {
  public:
   FolderStream(const std::string& path, const Rig& rig) : recording_(path, rig) {}
 
-  // Leaves out unreadable files and counts them. Throws Error if no file was readable.
+  // Leaves out unreadable files and counts them. Throws Error, once, if no file was readable.
   bool next(FrameScans& out) override {
     while (at_ < recording_.frame_count()) {
       std::vector<LostFile> lost;
@@ -26,7 +28,7 @@ class FolderStream : public ScanStream {
       any_ = true;
       return true;
     }
-    if (!any_ && lost_count_ > 0) throw Error("", 0, first_loss_);
+    if (!std::exchange(any_, true) && lost_count_ > 0) throw Error("", 0, first_loss_);
     return false;
   }
   const std::string& damage() const override { return none_; }
@@ -45,9 +47,11 @@ class FolderStream : public ScanStream {
 
 }  // namespace
 
-std::string ScanStream::losses() const {
-  if (lost_count() == 0) return "";
-  return counted(lost_count(), lost_noun()) + " could not be read, the others are done; the first: " + first_loss();
+std::string ScanStream::losses() const { return losses_text(lost_count(), lost_noun(), first_loss()); }
+
+std::string losses_text(int64_t count, const char* noun, const std::string& first) {
+  if (count == 0) return "";
+  return counted(count, noun) + " could not be read, the others are done; the first: " + first;
 }
 
 std::unique_ptr<ScanStream> open_scans(const std::string& path, const Rig& rig) {

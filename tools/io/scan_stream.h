@@ -38,6 +38,8 @@ class ScanStream {
   std::string losses() const;
 };
 
+std::string losses_text(int64_t count, const char* noun, const std::string& first);  // as ScanStream::losses
+
 // Throws Error: the path is missing, has no known format, or has no scan of the rig's sensors.
 std::unique_ptr<ScanStream> open_scans(const std::string& path, const Rig& rig);
 

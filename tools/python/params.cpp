@@ -45,7 +45,10 @@ void set_param(ParamSet& set, const std::string& name, const py::object& value) 
     throw py::type_error(name + " is " + py::cast<std::string>(py::repr(value)) + "; a number is needed");
   const std::string text = number_text(py::cast<double>(py::float_(value)));
   const ovt_status status = ovt_set_param(&set.values, info.name, text.c_str());
-  if (status == OVT_OK) return;
+  if (status == OVT_OK) {
+    set.has_period |= name == "frame.period_s";
+    return;
+  }
   throw StatusError(status, name + " is " + text + "; it takes " + (info.is_integer ? "a whole number" : "a number") +
                                 " from " + number_text(info.value_min) + " to " + number_text(info.value_max) +
                                 (*info.unit ? " " + std::string(info.unit) : ""));
@@ -96,6 +99,7 @@ void add_params(py::module_& module) {
              return false;
            })
       .def("copy", [](const ParamSet& set) { return set; })
+      .def_readonly("has_period", &ParamSet::has_period)
       .def_property_readonly("preset", [](const ParamSet& set) { return set.values.method; });
   module.def("describe_params", &describe_params);
   py::list presets;

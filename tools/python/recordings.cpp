@@ -31,6 +31,13 @@ const char* numpy_type(io::ValueType type) {
   return kTypes[std::size_t(type)];
 }
 
+// Names in files may be any bytes: what is not UTF-8 is escaped, as in paths.
+py::str to_text(const std::string& name, const char* errors = "surrogateescape") {
+  PyObject* text = PyUnicode_DecodeUTF8(name.data(), py::ssize_t(name.size()), errors);
+  if (!text) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(text);
+}
+
 // Writable arrays over memory that `owner` keeps: nobody else reads it.
 py::array array_over(const std::shared_ptr<const void>& owner, const char* type, const void* data,
                      std::vector<py::ssize_t> shape) {
@@ -39,12 +46,12 @@ py::array array_over(const std::shared_ptr<const void>& owner, const char* type,
   return py::array(py::dtype(type), std::move(shape), {}, data, base);
 }
 
-void put_column(py::dict& points, const char* name, const std::shared_ptr<const void>& owner,
+void put_column(py::dict& points, const std::string& name, const std::shared_ptr<const void>& owner,
                 const io::CloudColumn& column, int64_t count) {
   if (column.bytes.empty() && count > 0) return;
   std::vector<py::ssize_t> shape{py::ssize_t(count)};
   if (column.count > 1) shape.push_back(py::ssize_t(column.count));
-  points[name] = array_over(owner, numpy_type(column.type), column.data(), std::move(shape));
+  points[to_text(name)] = array_over(owner, numpy_type(column.type), column.data(), std::move(shape));
 }
 
 py::dict pose_fields(const io::EgoRow& row) {
@@ -94,7 +101,7 @@ PyScan make_cloud_scan(const std::string& sensor, const std::string& path, int64
   out.stamp_ns = stamp_ns;
   out.count = cloud->points;
   for (std::size_t i = 0; i < cloud->fields.size(); ++i)
-    put_column(out.points, cloud->fields[i].name.c_str(), cloud, cloud->columns[i], cloud->points);
+    put_column(out.points, cloud->fields[i].name, cloud, cloud->columns[i], cloud->points);
   return out;
 }
 
@@ -104,7 +111,8 @@ class ScanReader {
  public:
   virtual ~ScanReader() = default;
   virtual bool next(PyScan& out) = 0;
-  virtual std::string damage() const = 0;
+  virtual std::string damage() const = 0;            // why it ended early
+  virtual std::string losses() const { return ""; }  // what was left out on the way
   virtual py::list sensors() const = 0;
   virtual std::vector<std::string> notes() const { return {}; }  // what the user should know from the start
 };
@@ -139,7 +147,8 @@ class RigReader : public ScanReader {
     scans_.pop_front();
     return true;
   }
-  std::string damage() const override { return stream_->damage().empty() ? stream_->losses() : stream_->damage(); }
+  std::string damage() const override { return stream_->damage(); }
+  std::string losses() const override { return stream_->losses(); }
   py::list sensors() const override {
     py::list names;
     for (const io::RigSensor& sensor : config_.rig.sensors) names.append(sensor.name);
@@ -196,7 +205,7 @@ class BagReader : public ScanReader {
   py::list sensors() const override {
     py::list names;
     for (const io::BagTopic& topic : bag_->topics())
-      if (io::is_type(topic, io::kPointCloud2Name)) names.append(topic.name);
+      if (io::is_type(topic, io::kPointCloud2Name)) names.append(to_text(topic.name));
     return names;
   }
 
@@ -226,27 +235,35 @@ class FileReader : public ScanReader {
     if (files_.empty()) throw io::Error(path, 0, "holds no recording: no " + io::list_extensions());
   }
 
+  // Leaves out unreadable files. Throws io::Error, once, if none is readable.
   bool next(PyScan& out) override {
-    if (next_ == files_.size()) return false;
-    const std::string& file = files_[next_];
-    io::Cloud cloud;
-    {
-      const py::gil_scoped_release release;
-      cloud = io::read_cloud(file);
+    while (next_ < files_.size()) {
+      const auto frame = int64_t(next_);
+      const std::string& file = files_[next_++];
+      try {
+        io::Cloud cloud = without_gil([&] { return io::read_cloud(file); });
+        out = make_cloud_scan(sensor_of(file), file, frame, 0, std::move(cloud));
+        return true;
+      } catch (const io::Error& error) {
+        if (lost_count_++ == 0) first_loss_ = error.what();
+      }
     }
-    out = make_cloud_scan(sensor_of(file), file, int64_t(next_++), 0, std::move(cloud));
-    return true;
+    if (lost_count_ == int64_t(files_.size()) && !std::exchange(told_, true)) throw io::Error("", 0, first_loss_);
+    return false;
   }
   std::string damage() const override { return ""; }
+  std::string losses() const override { return io::losses_text(lost_count_, "file", first_loss_); }
   py::list sensors() const override {
     std::set<std::string> names;
     for (const std::string& file : files_) names.insert(sensor_of(file));
-    return py::list(py::cast(std::vector<std::string>(names.begin(), names.end())));
+    py::list out;
+    for (const std::string& name : names) out.append(to_text(name));
+    return out;
   }
 
  private:
   static std::string sensor_of(const std::string& file) {  // FRAME_SENSOR.EXT
-    const std::string stem = std::filesystem::path(file).stem().string();
+    const std::string stem = io::stem_of(file);
     const auto bar = stem.find('_');
     const bool digits = stem.substr(0, bar).find_first_not_of("0123456789") == std::string::npos;
     return digits && bar != std::string::npos ? stem.substr(bar + 1) : "";
@@ -254,34 +271,46 @@ class FileReader : public ScanReader {
 
   std::vector<std::string> files_;
   std::size_t next_ = 0;
+  int64_t lost_count_ = 0;
+  std::string first_loss_;
+  bool told_ = false;
 };
 
 // An iterator over the scans of a recording.
 class ScanIterator {
  public:
   // kept: what must live as long as the recording is read.
-  ScanIterator(std::unique_ptr<ScanReader> reader, py::object kept)
-      : kept_(std::move(kept)), reader_(std::move(reader)), sensors_(reader_->sensors()), damage_(reader_->damage()) {}
+  ScanIterator(std::string path, std::unique_ptr<ScanReader> reader, py::object kept)
+      : path_(std::move(path)),
+        kept_(std::move(kept)),
+        reader_(std::move(reader)),
+        sensors_(reader_->sensors()),
+        damage_(reader_->damage()) {}
   PyScan next() {
     if (forks_ != fork_count())
       throw ReleasedError("this process was forked after the recording was opened: open it again here");
     const Busy busy(busy_);
     PyScan scan;
     const bool found = !ended_ && reader_->next(scan);
-    damage_ = reader_->damage();
+    damage_ = reader_->damage(), losses_ = reader_->losses();
     if (found) return scan;
-    if (!std::exchange(ended_, true) && !damage_.empty()) warn_of_damage(damage_ + "; the scans are those before it");
+    if (!std::exchange(ended_, true)) {
+      if (!damage_.empty()) warn_of_damage(path_ + ": " + damage_ + "; the scans are those before it");
+      if (!losses_.empty()) warn_of_damage(path_ + ": " + losses_);
+    }
     throw py::stop_iteration();
   }
   // Copies: another thread may be in next(), which reads without the GIL.
   const std::string& damage() const { return damage_; }
+  const std::string& losses() const { return losses_; }
   const py::list& sensors() const { return sensors_; }
 
  private:
+  const std::string path_;
   const py::object kept_;
   std::unique_ptr<ScanReader> reader_;
   const py::list sensors_;
-  std::string damage_;
+  std::string damage_, losses_;
   const int32_t forks_ = fork_count();
   bool busy_ = false, ended_ = false;
 };
@@ -298,7 +327,7 @@ std::unique_ptr<ScanIterator> open_recording(const py::dict& from, py::object ke
   const cli::Options options = to_options(from);
   auto reader = without_gil([&] { return open_reader(options); });
   for (const std::string& note : reader->notes()) warn(note);
-  return std::make_unique<ScanIterator>(std::move(reader), std::move(kept));
+  return std::make_unique<ScanIterator>(options.input, std::move(reader), std::move(kept));
 }
 
 }  // namespace
@@ -310,7 +339,9 @@ void add_recordings(py::module_& module) {
 points: a dict of arrays (n,). With a rig: x, y, z in m (sensor frame), layer, and where the recording has them
 intensity and time (ns after stamp_ns): what Detector.push_scan takes. Without a rig: the fields of the file; of a
 bag x, y, z, intensity, layer and time.)")
-      .def_readonly("sensor", &PyScan::sensor, "Name of the sensor; without a rig: the topic, or the word of the file.")
+      .def_property_readonly(
+          "sensor", [](const PyScan& scan) { return to_text(scan.sensor); },
+          "Name of the sensor; without a rig: the topic, or the word of the file.")
       .def_readonly("frame", &PyScan::frame, "Number of the frame in the recording; without a rig: of the scan.")
       .def_readonly("stamp_ns", &PyScan::stamp_ns, "Stamp in ns; 0 where files have none and there is no rig.")
       .def_property_readonly(
@@ -325,13 +356,15 @@ bag x, y, z, intensity, layer and time.)")
                     "Own poses to push before this scan: dicts of the arguments of push_ego_pose.")
       .def("__len__", [](const PyScan& scan) { return scan.count; })
       .def("__repr__", [](const PyScan& scan) {
-        return "<overtake.Scan of " + scan.sensor + ", frame " + std::to_string(scan.frame) + ": " +
-               std::to_string(scan.count) + " points>";
+        return to_text("<overtake.Scan of " + scan.sensor + ", frame " + std::to_string(scan.frame) + ": " +
+                           std::to_string(scan.count) + " points>",
+                       "backslashreplace");
       });
   py::class_<ScanIterator>(module, "ScanIterator")
       .def("__iter__", [](py::object self) { return self; })
       .def("__next__", &ScanIterator::next)
-      .def_property_readonly("damage", &ScanIterator::damage)
+      .def_property_readonly("damage", [](const ScanIterator& scans) { return to_text(scans.damage()); })
+      .def_property_readonly("losses", [](const ScanIterator& scans) { return to_text(scans.losses()); })
       .def_property_readonly("sensors", &ScanIterator::sensors);
 }
 

@@ -28,10 +28,10 @@ class Run {
       : kept_(std::move(kept)), config_(load_config(to_options(from))) {
     if (!params.is_none()) {
       const double period_s = config_.params.frame_period_s;  // of the rig
-      config_.params = py::cast<const ParamSet&>(params).values;
+      const auto& set = py::cast<const ParamSet&>(params);
+      config_.params = set.values;
       config_.preset = config_.params.method;
-      if (config_.params.frame_period_s == ovt_default_params().frame_period_s)
-        config_.params.frame_period_s = period_s;
+      if (!set.has_period) config_.params.frame_period_s = period_s;
     }
     CopyOptions copies;
     copies.sensor_count = int32_t(config_.rig.sensors.size());

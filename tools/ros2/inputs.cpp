@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "messages.h"
@@ -152,6 +153,18 @@ std::vector<io::BagTopic> topics_of(const Discovery& discovery, const std::strin
   return topics;
 }
 
+// A message of one input is none of another one.
+void check_distinct(const std::vector<const Input*>& inputs) {
+  std::map<std::string, std::string> parts;  // by topic
+  for (const Input* input : inputs) {
+    if (!is_fixed(*input)) continue;
+    const auto [other, is_new] = parts.try_emplace(input->topic, input->part);
+    if (!is_new)
+      throw io::Error("--remap", 0,
+                      "two inputs, " + other->second + " and " + input->part + ", have the topic " + input->topic);
+  }
+}
+
 void leave(Input& input) {
   dds_delete(input.reader);
   input.reader = 0;
@@ -190,6 +203,10 @@ Inputs::Inputs(Participant& participant, Names& names, const io::Rig& rig, const
   detections_.needed = false;
   clock_ = make_input(names, "clock", "/clock", kClockType, {});
   names.check_used();
+  std::vector<const Input*> inputs = {&poses_, &detections_};
+  if (use_sim_time_) inputs.push_back(&clock_);
+  for (const Input& cloud : clouds_) inputs.push_back(&cloud);
+  check_distinct(inputs);
   for (Input& cloud : clouds_)
     if (is_fixed(cloud)) subscribe(cloud, cloud.topic);
   if (is_fixed(poses_)) subscribe(poses_, poses_.topic);

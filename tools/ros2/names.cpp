@@ -46,7 +46,8 @@ std::string as_name(std::string from) {
 
 }  // namespace
 
-Names::Names(std::string name_space, std::string node, const std::vector<std::string>& remaps)
+Names::Names(std::string name_space, std::string node, const std::vector<std::string>& remaps,
+             const std::vector<std::string>& file_remaps)
     : name_space_(std::move(name_space)), node_(std::move(node)) {
   if (name_space_ == "/") name_space_.clear();
   if (!name_space_.empty() && name_space_[0] != '/') name_space_ = "/" + name_space_;
@@ -54,15 +55,36 @@ Names::Names(std::string name_space, std::string node, const std::vector<std::st
   check_name("--name", node_);
   if (node_.find('/') != std::string::npos)
     throw io::Error("--name", 0, "'" + node_ + "' has a /; --namespace has them");
+  add(remaps);
+  add(file_remaps);
+}
+
+void Names::add(const std::vector<std::string>& remaps) {
+  std::vector<Remap> added;
   for (const std::string& text : remaps) {
-    const auto sign = text.find(":=");
-    if (sign == std::string::npos) throw io::Error("--remap " + text, 0, "FROM:=TO is needed");
-    const std::string from(io::trim(std::string_view(text).substr(0, sign)));
-    const std::string to(io::trim(std::string_view(text).substr(sign + 2)));
-    check_name("--remap " + text, as_name(from));
-    check_name("--remap " + text, to);
-    remaps_.push_back({text, absolute(from), absolute(to)});
+    const Remap remap = parse(text);
+    for (const Remap& other : added)
+      if (other.from == remap.from)
+        throw io::Error("--remap " + text, 0, remap.from + " is remapped twice: also by " + other.text);
+    added.push_back(remap);
   }
+  std::erase_if(added, [&](const Remap& remap) { return find(remap.from) != nullptr; });
+  remaps_.insert(remaps_.end(), added.begin(), added.end());
+}
+
+Names::Remap Names::parse(const std::string& text) const {
+  const auto sign = text.find(":=");
+  if (sign == std::string::npos) throw io::Error("--remap " + text, 0, "FROM:=TO is needed");
+  const std::string from(io::trim(std::string_view(text).substr(0, sign)));
+  const std::string to(io::trim(std::string_view(text).substr(sign + 2)));
+  check_name("--remap " + text, as_name(from));
+  check_name("--remap " + text, to);
+  return {text, absolute(from), absolute(to)};
+}
+
+const Names::Remap* Names::find(const std::string& from) const {
+  const auto at = std::find_if(remaps_.begin(), remaps_.end(), [&](const Remap& remap) { return remap.from == from; });
+  return at == remaps_.end() ? nullptr : &*at;
 }
 
 std::string Names::absolute(const std::string& name) const {
@@ -73,22 +95,15 @@ std::string Names::absolute(const std::string& name) const {
 std::string Names::resolve(const std::string& name) {
   const std::string full = absolute(name);
   known_.insert(full);
-  for (Remap& remap : remaps_)
-    if (remap.from == full) {
-      remap.used = true;
-      return remap.to;
-    }
-  return full;
+  const Remap* remap = find(full);
+  return remap ? remap->to : full;
 }
 
-bool Names::is_remapped(const std::string& name) const {
-  const std::string full = absolute(name);
-  return std::any_of(remaps_.begin(), remaps_.end(), [&](const Remap& remap) { return remap.from == full; });
-}
+bool Names::is_remapped(const std::string& name) const { return find(absolute(name)) != nullptr; }
 
 void Names::check_used() const {
   for (const Remap& remap : remaps_) {
-    if (remap.used) continue;
+    if (known_.count(remap.from) > 0) continue;
     const std::vector<std::string> names(known_.begin(), known_.end());
     throw io::Error("--remap " + remap.text, 0,
                     "has no effect: this node has no topic " + remap.from + io::did_you_mean(remap.from, names) +

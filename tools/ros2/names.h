@@ -12,8 +12,10 @@ namespace overtake::ros2 {
 
 class Names {
  public:
-  // name_space: "" or "/car1"; remaps: "from:=to". Throws io::Error for what ROS 2 refuses as a name.
-  Names(std::string name_space, std::string node, const std::vector<std::string>& remaps);
+  // name_space: "" or "/car1"; remaps: "from:=to"; those of the file count for names that the others do not have.
+  // Throws io::Error for what ROS 2 refuses as a name, and for a name with two remaps.
+  Names(std::string name_space, std::string node, const std::vector<std::string>& remaps,
+        const std::vector<std::string>& file_remaps = {});
 
   // "ego/odometry" is /car1/ego/odometry, "~/tracks" is /car1/NODE/tracks, "/clock" stays; then the remaps apply.
   std::string resolve(const std::string& name);
@@ -27,8 +29,10 @@ class Names {
  private:
   struct Remap {
     std::string text, from, to;  // absolute names
-    bool used = false;
   };
+  void add(const std::vector<std::string>& remaps);
+  Remap parse(const std::string& text) const;
+  const Remap* find(const std::string& from) const;  // absolute; null: none
   std::string absolute(const std::string& name) const;
 
   std::string name_space_, node_;

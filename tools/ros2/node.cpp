@@ -33,7 +33,7 @@ class Node {
         options_(options),
         faults_([](const std::string& line) { std::fprintf(stderr, "overtake: %s\n", cli::printable(line).c_str()); }),
         frames_(first_frames(options)),
-        names_(options.name_space, options.name, options.remaps),
+        names_(options.name_space, options.name, options.remaps, options.file_remaps),
         participant_(options.domain, options.interface),
         discovery_(participant_),
         outputs_(participant_, names_, frames_.map, frames_.vehicle),

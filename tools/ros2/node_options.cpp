@@ -49,7 +49,7 @@ void read_table(NodeOptions& options, const std::string& config_file) {
   const bool given = !options.ros_distro.empty();
   take("ros_distro", options.ros_distro);
   if (!given && !options.ros_distro.empty()) check_distro(config_file + ": node.ros_distro", options.ros_distro);
-  for (const std::string& remap : reader.texts("remap")) options.remaps.push_back(remap);
+  for (const std::string& remap : reader.texts("remap")) options.file_remaps.push_back(remap);
   options.use_sim_time = reader.boolean_or("use_sim_time", false) || options.use_sim_time;
   options.publish_tf = reader.boolean_or("publish_tf", true) && options.publish_tf;
   const double deadline = reader.number_or("deadline_ms", 0, 60'000, -1);

@@ -27,7 +27,7 @@ namespace overtake::ros2 {
 struct NodeOptions {
   int32_t domain = -1;
   std::string interface, name_space, name;
-  std::vector<std::string> remaps;
+  std::vector<std::string> remaps, file_remaps;
   bool use_sim_time = false;
   std::string map_frame, vehicle_frame;
   double deadline_ms = -1;

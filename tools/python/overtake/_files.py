@@ -1,6 +1,7 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 """Recordings, runs and simulated races."""
+import operator
 import os
 import shutil
 import tempfile
@@ -33,7 +34,8 @@ def _options(path, rig, **more):
 class Recording:
     """The scans of a recording, in its order. Each iteration reads it from the start.
 
-    sensors: names of its sensors. damage: why the last iteration ended early, "" where it did not.
+    sensors: names of its sensors. damage: why the last iteration ended early, "" where it did not. losses: what it left
+    out, because it could not be read, "" for nothing.
     """
 
     def __init__(self, path, rig=None, *, map=None, ego=None, urdf=None):
@@ -47,6 +49,10 @@ class Recording:
     @property
     def damage(self):
         return self._iterator.damage
+
+    @property
+    def losses(self):
+        return self._iterator.losses
 
     def __iter__(self):
         if not self._fresh:
@@ -86,24 +92,39 @@ def run(path, rig=None, preset=None, map=None, workers=1, params=None, *, ego=No
     A damaged recording gives a DamageWarning at its end.
     """
     whole = params if isinstance(params, Params) else None
+    if whole is not None and config is not None:
+        raise ValueError("config and Params are both whole sets of parameters: give params as a dict")
     if whole is not None and preset is not None and preset != whole.preset:
         raise ValueError(f"preset is '{preset}', but params are those of '{whole.preset}'")
     pairs = [f"{name}={_number_text(name, value)}"
              for name, value in ({} if whole is not None else params or {}).items()]
     return Run(_options(path, rig, preset=whole.preset if whole is not None else preset, map=map, ego=ego,
                         config=config, urdf=urdf, isa=isa, workers=workers, set=pairs,
-                        capacity=[f"{name}={rows}" for name, rows in (capacities or {}).items()], stream=stream,
+                        capacity=[f"{name}={_whole_number(name, rows)}" for name, rows in (capacities or {}).items()],
+                        stream=stream,
                         copy_labels=copy_labels, copy_images=copy_images, path_horizon_s=path_horizon_s),
                None if whole is None else whole._set, path)
 
 
-def _number_text(name, value):
+def _number(name, value):
     try:
         number = float(value)
     except (TypeError, ValueError):
         number = None
     if number is None or isinstance(value, str):
         raise TypeError(f"{name} is {value!r}; a number is needed")
+    return number
+
+
+def _whole_number(name, value):
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} is {value!r}; a whole number is needed") from None
+
+
+def _number_text(name, value):
+    number = _number(name, value)
     return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
 
 
@@ -140,7 +161,12 @@ def simulate(scenario, seed=1, out=None, *, seconds=None, ego=None, workers=0, f
     removed with the Race and what reads it (about 7 MB a frame for three sensors of 27 thousand points). seconds: end
     earlier. ego: the car that carries the sensors. The log is byte for byte that of `overtake simulate`.
     """
-    if seconds is not None and not seconds >= 0.05:
+    seed = _whole_number("seed", seed)
+    if not 0 <= seed < 2**64:
+        raise ValueError(f"seed is {seed}; 0 to {2**64 - 1} is needed")
+    if ego is not None and not isinstance(ego, str):
+        raise TypeError(f"ego is {ego!r}; a text is needed")
+    if seconds is not None and not _number("seconds", seconds) >= 0.05:
         raise ValueError(f"seconds: 0.05 or more is needed, not {seconds}")
     folder = None
     if out is None:

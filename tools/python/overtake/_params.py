@@ -134,7 +134,10 @@ class Params:
         return self.copy()
 
     def __reduce__(self):
-        return _restore, (self.preset, self.to_dict())
+        values = self.to_dict()
+        if not self._set.has_period:    # a run takes that of its rig
+            del values["frame.period_s"]
+        return _restore, (self.preset, values)
 
     def __eq__(self, other):
         if not isinstance(other, Params):
