@@ -43,8 +43,8 @@ struct RunningGroundParams {
 //            - only up to where a road returns an echo: distance^2 <= echo_limit_m * height of the sensor over its
 //              tangent
 //            - only pixels farther than the last ground pixel, that rise by a slope of 0.45 at most (the foot of a wall
-//              must not lift it) and fall by less than a slope of 0.2 and 0.2 m (nor a hole or a mirror image lower
-//              it), move it
+//              must not lift it) and fall by less than a slope of 0.2 and 0.2 m, over a long run of 0.04 and 1 m, and
+//              where the road is known of 0.01 and 0.3 m (nor a hole or a mirror image lower it), move it
 //            - the running slope adapts over slope_reach_m and is limited; the first ground pixel measures none
 //            - feet: below a non-ground pixel, pixels over the running ground are non-ground while the pairs are
 //              steeper than foot_slope

@@ -75,7 +75,9 @@ template <class V, class M>
 OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, RoadPlace<V> road, V level,
                                          V known_m, M exists, GroundState<V>& s) {
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
-  constexpr float kSteepest = 0.45f, kFall = -0.2f, kDrop_m = -0.2f;  // of what moves the ground
+  constexpr float kSteepest = 0.45f, kFall = -0.2f, kDrop_m = -0.2f;  // of what moves the ground,
+  constexpr float kKnownFall = -0.01f, kKnownDrop_m = -0.3f;          // where the road is known,
+  constexpr float kFarFall = -0.04f, kFarDrop_m = -1.0f;              // and over a long run where it is not
   constexpr float kAny_m = 3e38f;
   constexpr float kShort_m = 2.0f, kShortOfRun = 0.25f;  // measured over less, the slope says nothing about the run
   constexpr float kLeastOver_m = 0.6f;  // a crest between two pieces of the surface is not one of the road
@@ -104,7 +106,10 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   const M steep =
       exists & (s.below_above > V(kFoot_m)) & (step_z > V(block.foot_slope) * abs_of(distance - s.below_distance));
 
-  const M moves = ground & (ahead > zero) & (rise <= V(kSteepest) * run) & (rise > V(kFall) * run + V(kDrop_m));
+  // What returns from deeper below is a hole, or a ghost: a mirror on a wet road, or the sun.
+  const V lowest = select(known, V(kKnownFall) * run + V(kKnownDrop_m),
+                          max_of(V(kFall) * run + V(kDrop_m), V(kFarFall) * run + V(kFarDrop_m)));
+  const M moves = ground & (ahead > zero) & (rise <= V(kSteepest) * run) & (rise > lowest);
   s.below_distance = distance;
   s.below_z = z;
   s.below_above = select(exists, above, V(kMissing_m));

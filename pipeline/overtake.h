@@ -462,9 +462,9 @@ static inline ovt_column ovt_make_column(const void* records, const void* member
   ovt_make_column((records), &(records)->member, (int64_t)(count), sizeof *(records), (type))
 
 /* One scan of one sensor, sensor frame.
- *   x, y, z      float32 or float64
+ *   x, y, z      float32 or float64; as measured, never compensated for the motion of the vehicle during the scan
  *   layer        any integer, or floats that hold integers; 0..65535. The id of the point's ring
- *   intensity    any type, optional; absent: 0
+ *   intensity    any type, optional; absent: 0. A reflectivity, not a signal that falls with the range (smoke is dark)
  *   time         any type, optional: the point's offset after the scan's stamp, in units of time_unit_ns. Beyond
  *                +-2.147 s it counts as 0, like an absent time. So subtract the stamp from times since 1970 or since
  *                midnight before: without offsets a scan is not corrected for the motion during it */
