@@ -252,8 +252,8 @@ TEST_CASE("running_ground: pixels that are nearer, or steep, or in a hole are gr
   CHECK(Column({{4, 0}, {10, 0}, {9, 0.09f}, {30, 0.24f}}).marks() == "...o");
   CHECK(Column({{4, 0}, {10, 0}, {10.15f, 0.09f}, {30, 0.24f}}).marks() == "...o");  // a slope of 0.6
   CHECK(Column({{4, 0}, {10, 0}, {10.5f, 0.09f}, {30, 0.24f}}).marks() == "....");   // of 0.18: the road rises
-  // A pixel 0.55 m below the road 1.5 m farther is a hole, 2 m farther a road that falls by 0.2 and 0.2 m at most. Where
-  // the road is known it is a hole, too: it falls by 0.01 and 0.3 m at most.
+  // A pixel 0.55 m below the road 1.5 m farther is a hole, 2 m farther a road that falls by 0.2 and 0.2 m at most.
+  // Where the road is known it is a hole, too: it falls by 0.01 and 0.3 m at most.
   const FlatRoad guess(false);
   CHECK(Column({{4, 0}, {10, 0}, {11.5f, -0.55f}, {13, 0.05f}}, guess).marks() == "....");
   CHECK(Column({{4, 0}, {10, 0}, {12, -0.55f}, {13, 0.05f}}, guess).marks() == "...o");
