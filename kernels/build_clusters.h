@@ -14,7 +14,7 @@ namespace overtake {
 // cluster. Labels without a point (all their pixels were repaired) get no row. With more clusters than
 // clusters.capacity it keeps those of kLeastPoints and more first, of both sorts the nearest (smallest range of a
 // point, ties: smaller label); rows stay in label order.
-//   reads    scan x y z time_offset_ns; points label range_m; label_count (from label_bfs)
+//   reads    scan x y z time_offset_ns; points label range_m; label_count (at most the number of pixels)
 //   writes   clusters, cluster_points, row_of_label[label_count + 1] (row or -1; entry 0 is -1)
 //            cluster_points has room for kRowAlign rows more than the points: vectors begin at the first row of a
 //            cluster

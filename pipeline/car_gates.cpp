@@ -86,7 +86,7 @@ float find_inside(const StageContext& context, const Frame& frame) {
 
 // What the walls of this frame tell about the heading of each sensor (an error of its mounting is part of it) and about
 // the bounds. A sensor that does not see enough of them takes what the one that sees most of them adds; a side takes
-// what the one of most points tells that sees this side. A small turn may be an error of the map's bounds instead, a
+// what the one tells that sees most of this side. A small turn may be an error of the map's bounds instead, a
 // small distance one of the ego pose.
 class WallErrors {
  public:
@@ -98,7 +98,8 @@ class WallErrors {
       if (!walls.valid) continue;
       if (!most || walls.points > most->points) most = &walls;
       for (int32_t side = 0; side < 2; ++side)
-        if (walls.beyond_m[side] < WallHeading::kNoSide && (!of_side[side] || walls.points > of_side[side]->points))
+        if (walls.beyond_m[side] < WallHeading::kNoSide &&
+            (!of_side[side] || walls.side_points[side] > of_side[side]->side_points[side]))
           of_side[side] = &walls;
     }
     for (int32_t s = 0; most && s < context.sensor_count; ++s)
@@ -128,9 +129,9 @@ bool is_inside(const Frame& frame, int32_t row, const CarAnchor& car, const Wall
   const FrameClusterTable& merged = frame.merged;
   const float centroid_2 = merged.center_y_m[row] * places.cos[row] - merged.center_x_m[row] * places.sin[row];
   const float turned_m = car.center_1 * walls.turn_of(merged.main_sensor[row]);
-  const float d_m = places.d_m[row] + car.center_2 - centroid_2 + turned_m;
-  return places.width_left_m[row] - walls.inside_left_m(car.center_1) - d_m >= inside_m &&
-         d_m + places.width_right_m[row] - walls.inside_right_m(car.center_1) >= inside_m;
+  const float across_m = car.center_2 - centroid_2 + turned_m;
+  return measure_inside(places, row, across_m, walls.inside_right_m(car.center_1), walls.inside_left_m(car.center_1)) >=
+         inside_m;
 }
 
 // Farther than free_range_m, only the circuit tells what stands on the road.

@@ -99,10 +99,11 @@ inline bool has_bounds(const ClusterPlaceTable& places, int32_t row) noexcept {
 }
 
 // How far a place on the circuit is inside of the nearer bound; below 0 outside. `across_m`: from the row's centroid,
-// to the left of psi_REF. Large where the row has no bounds.
-inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float across_m) noexcept {
+// to the left of psi_REF. `right_m`, `left_m`: how far the bounds are moved inside. Large where the row has no bounds.
+inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float across_m, float right_m = 0.0f,
+                            float left_m = 0.0f) noexcept {
   const float d_m = places.d_m[row] + across_m;
-  return std::min(places.width_left_m[row] - d_m, d_m + places.width_right_m[row]);
+  return std::min(places.width_left_m[row] - left_m - d_m, d_m + places.width_right_m[row] - right_m);
 }
 
 // Where the centre of a car of known size lies, by what a sensor at (sensor_1, sensor_2) sees of it; all on the axes of

@@ -102,7 +102,8 @@ void find_cut_by(const StageContext& context, const Frame& frame, int32_t row, c
   const float along = edge.x * cos + edge.y * sin, across = edge.y * cos - edge.x * sin;
   const float deep_1 = kDeep_m + kEnd_m * abs_of(along), deep_2 = kDeep_m + kEnd_m * abs_of(across);
   const float deep_flat = kDeepOfFlat_m + kFlat_m * abs_of(along);
-  const bool low = along < 0.0f && inside.low_1<deep_1, high = along> 0.0f && inside.high_1 < deep_1;
+  const bool low = along < 0.0f && inside.low_1 < deep_1;
+  const bool high = along > 0.0f && inside.high_1 < deep_1;
   found.cut.low_1 = found.cut.low_1 || low;
   found.cut.high_1 = found.cut.high_1 || high;
   found.cut.low_2 = found.cut.low_2 || (across < 0.0f && inside.low_2 < deep_2);
@@ -113,7 +114,7 @@ void find_cut_by(const StageContext& context, const Frame& frame, int32_t row, c
 
 // Whether something nearer hides what lies beyond an end: beside the last pixel of half of the rows or more.
 bool is_end_hidden(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin, bool is_high) {
-  constexpr int32_t kRows = 64;  // rows that are a multiple of it apart are counted together: no car holds both
+  constexpr int32_t kRows = 256;  // rows that are a multiple of it apart count as one: no car near holds both
   int32_t rows = 0, hidden = 0;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const SensorModel& sensor = context.sensors[&part - frame.sensors];

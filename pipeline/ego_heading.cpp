@@ -291,8 +291,10 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
   out.offset_rad = fit.turn;
   out.variance = (scatter2 + kPointSigma_m * kPointSigma_m) / information;
   out.points = agree;
-  for (int32_t side = 0; side < 2; ++side)
+  for (int32_t side = 0; side < 2; ++side) {
+    out.side_points[side] = s.count[side];
     if (s.count[side] >= kFewest) out.beyond_m[side] = fit.distance_m[side];
+  }
   out.valid = sides_agree && scatter2 <= params.scatter_m * params.scatter_m && std::fabs(fit.turn) <= kLargestOffset &&
               out.variance <= kLargestSigma * kLargestSigma;
   return out;

@@ -26,6 +26,7 @@ struct WallHeading {
   // How far the wall on the right, and on the left, stands outside of its bound; kNoSide where too few points agree.
   static constexpr double kNoSide = 1e9;
   double beyond_m[2] = {kNoSide, kNoSide};
+  int32_t side_points[2] = {0, 0};  // that agree
 };
 
 // What the track stage added to the ego heading at the frame's stamp.

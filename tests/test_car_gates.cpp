@@ -296,8 +296,8 @@ TEST_CASE(
     bench.add(corners(20, 24, y_m - 0.9f, y_m + 0.9f, 0.1f, 1));
     bench.run("keep_car_shaped");
     bench.context.detect.walls.reach_m = reach_m;
-    bench.frame.walls[0] = {true, 0.0, 1e-6, 40, {right_m, left_m}};
-    bench.frame.walls[1] = {true, 0.0, 1e-6, 20, {-1.5, -1.5}};  // of fewer points
+    bench.frame.walls[0] = {true, 0.0, 1e-6, 40, {right_m, left_m}, {20, 20}};
+    bench.frame.walls[1] = {true, 0.0, 1e-6, 60, {-1.5, -1.5}, {15, 15}};  // sees less of both sides
     keep_inside_bounds(bench.context, bench.frame);
     return bench.frame.kept_count == 1;
   };

@@ -41,12 +41,13 @@ class Cluster {
     if (flank_m > 0.0f) add_line(along_m, across_m, along_m + flank_m, across_m);
   }
   std::size_t size() const { return points_.size(); }
+  int32_t pixel_count() const { return points_.pixel_count(); }
 
   // The number of labels that the step returns.
-  int32_t split(const SplitAbreastParams& params = kUsual) {
+  int32_t split(const SplitAbreastParams& params = kUsual, int32_t label_count = 1) {
     return points_.run(
         [&](const ClusterTable& clusters, const ClusterPointTable& members, Plane<const float>, PointTable& points,
-            Plane<int32_t> labels) { return split_abreast(params, clusters, members, 1, points, labels); });
+            Plane<int32_t> labels) { return split_abreast(params, clusters, members, label_count, points, labels); });
   }
   // Whether exactly the points to the left of across_m have label 2.
   bool is_split_at(float across_m) {
@@ -151,6 +152,12 @@ TEST_CASE("split_abreast: only near clusters of many points, where columns are c
   CHECK(part.split() == 1);
   part.add(0.0f, kWidth_m + 0.7f);
   CHECK(part.split() == 2);
+}
+
+TEST_CASE("split_abreast: there are no more labels than pixels") {
+  Cluster cluster = two_cars(0.6f, 0.4f);
+  CHECK(cluster.split(kUsual, cluster.pixel_count() - 1) == cluster.pixel_count());
+  CHECK(cluster.split(kUsual, cluster.pixel_count()) == cluster.pixel_count());
 }
 
 TEST_CASE("split_abreast: of a cluster of thousands of points every n-th counts, and all get their label") {

@@ -34,19 +34,21 @@ class Scene {
     for (float inside = 0.0f; inside <= depth_m; inside += 0.08f) add(along, inside, height_m, own && inside > 0.5f);
     for (float at = 0.0f; at <= length_m; at += 0.08f) add(along + at, depth_m, height_m, own && depth_m > 0.5f);
   }
-  int32_t split(const SplitWallsParams& params = kUsual) {
+  int32_t split(const SplitWallsParams& params = kUsual, int32_t label_count = 1) {
     return points_.run([&](const ClusterTable& clusters, const ClusterPointTable& members, Plane<const float> heights,
                            PointTable& points, Plane<int32_t> labels) {
-      return split_walls(params, clusters, members, heights, 1, points, labels);
+      return split_walls(params, clusters, members, heights, label_count, points, labels);
     });
   }
   // Points whose label is not what it should be. Near inside_m the line's error decides.
   int32_t wrong() {
     int32_t count = 0;
-    for (std::size_t k = 0; k < own_.size(); ++k) count += (points_.label_of(k) > 1) != own_[k];
+    for (std::size_t k = 0; k < own_.size(); ++k)
+      count += (points_.label_of(k) > 1) != (own_[k] && points_.has_own_pixel(k));  // without a pixel it has no height
     return count;
   }
-  std::size_t size() const { return points_.size(); }
+  int32_t pixel_count() const { return points_.pixel_count(); }
+  bool last_has_pixel() const { return points_.has_own_pixel(points_.size() - 1); }
 
  private:
   float wall_m_, curvature_, cos_, sin_;
@@ -98,6 +100,14 @@ TEST_CASE("split_walls: two cars at one wall get a label each; cars closer than 
   CHECK(close.split() == 1);
 }
 
+TEST_CASE("split_walls: there are no more labels than pixels") {
+  Scene two;
+  two.add_box(5.0f, 1.9f, 4.0f);
+  two.add_box(12.0f, 1.9f, 4.0f);
+  CHECK(two.split(kUsual, two.pixel_count() - 1) == two.pixel_count());
+  CHECK(two.split(kUsual, two.pixel_count()) == two.pixel_count());
+}
+
 TEST_CASE("split_walls: what is no car stays a part of the wall") {
   const auto labels = [](float length_m, float depth_m, float height_m) {
     Scene scene;
@@ -111,9 +121,13 @@ TEST_CASE("split_walls: what is no car stays a part of the wall") {
   CHECK(labels(2.0f, 3.0f, 2.5f) == 1);   // above: a catch fence
   CHECK(labels(2.0f, 3.0f, 0.05f) == 1);  // on the ground
   Scene few;
-  for (int32_t k = 0; k < 14; ++k) few.add(5.0f, 1.0f + 0.1f * float(k));
+  for (int32_t with_pixel = 0; with_pixel < 14;) {
+    few.add(5.0f, 1.0f + 0.1f * float(with_pixel));
+    with_pixel += few.last_has_pixel();
+  }
   CHECK(few.split() == 1);
-  few.add(5.0f, 3.0f);
+  do few.add(5.0f, 3.0f);
+  while (!few.last_has_pixel());
   CHECK(few.split() == 2);
   Scene behind;  // a stand, on the other side
   for (float inside = 0.0f; inside > -4.0f; inside -= 0.05f) behind.add(10.0f, inside, 0.6f, false);

@@ -85,8 +85,8 @@ bool are_cars(const SplitAbreastParams& params, const Sample& sample, const Stri
   return max_of(left.length(), right.length()) <= kLonger * params.length_m;
 }
 
-// The widest strip between two parts of the size of a car. It has less than kFew of the points
-// that its width has elsewhere: a beam that hits both cars measures a place between them.
+// The widest strip between two parts of the size of a car. It has at most kFew of the points
+// of its width on average: a beam that hits both cars measures a place between them.
 class StripSearch {
  public:
   StripSearch(const SplitAbreastParams& params, const Sample& sample) : params_(params), sample_(sample) {}
@@ -149,6 +149,7 @@ int32_t split_abreast(const SplitAbreastParams& params, const ClusterTable& clus
                       const ClusterPointTable& cluster_points, int32_t label_count, PointTable& points,
                       Plane<int32_t> labels) noexcept {
   if (!(params.strip_m > 0.0f)) return label_count;
+  const int32_t most_labels = labels.rows * labels.cols;
   const float farthest_m = min_of(kFarthest_m, kMostBetweenColumns_m / params.pitch_rad);
   for (int32_t row = 0; row < clusters.count; ++row) {
     const int32_t count = clusters.point_count[row], begin = clusters.point_begin[row];
@@ -161,7 +162,7 @@ int32_t split_abreast(const SplitAbreastParams& params, const ClusterTable& clus
     const Sample sample = {cluster_points.x_m + begin, cluster_points.y_m + begin, count,
                            (count + kMostPoints - 1) / kMostPoints};
     const Strip strip = find_strip(params, sample);
-    if (!(strip.width_m > 0.0f)) continue;
+    if (!(strip.width_m > 0.0f) || label_count >= most_labels) continue;
     ++label_count;
     for (int32_t k = begin; k < begin + count; ++k) {
       if (!(strip.heading.across(cluster_points.x_m[k], cluster_points.y_m[k]) > strip.middle_m)) continue;

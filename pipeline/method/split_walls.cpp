@@ -26,6 +26,7 @@ class WallLine {
  public:
   // Low points of a wall, at most kMostSamples.
   bool fit(const float* x_m, const float* y_m, int32_t count) {
+    std::fill_n(c_, 3, 0.0f);
     find_axes(x_m, y_m, count);
     float low = INFINITY, high = -INFINITY;
     for (int32_t k = 0; k < count; ++k) {
@@ -169,7 +170,7 @@ class Splitter {
       ++cell.points;
       cell.deepest_m = max_of(cell.deepest_m, inside_m);
     });
-    const int32_t before = label_count;
+    const int32_t before = label_count, most_labels = labels_.rows * labels_.cols;
     for (int32_t first = 0; first < kCells;) {
       if (cells_[first].points == 0) {
         ++first;
@@ -183,10 +184,12 @@ class Splitter {
         depth_m = max_of(depth_m, cells_[c].deepest_m);
       }
       const float length_m = kCell_m * float(last - first);
-      const bool is_car = points >= kLeastPoints && length_m <= kLonger * params_.length_m &&
-                          depth_m >= kLeastDepth * params_.width_m && depth_m <= kMostDepth * params_.length_m;
-      if (is_car) ++label_count;
-      for (int32_t c = first; is_car && c <= last; ++c) cells_[c].label = label_count;
+      const bool is_deep = depth_m >= kLeastDepth * params_.width_m && depth_m <= kMostDepth * params_.length_m;
+      const bool is_car = points >= kLeastPoints && length_m <= kLonger * params_.length_m && is_deep;
+      if (is_car && label_count < most_labels) {
+        ++label_count;
+        for (int32_t c = first; c <= last; ++c) cells_[c].label = label_count;
+      }
       first = last + 1;
     }
     if (label_count > before)

@@ -165,9 +165,11 @@ OVT_STEP_BY_HAND(split_clusters, CLUSTERS, "cut.strip_m cut.wall_m", kWhole,
   const int32_t before = s.part.label_count;
   s.part.label_count = overtake::split_abreast(s.params.split_abreast, s.part.clusters, s.part.cluster_points,
                                                s.part.label_count, s.views.points, m.labels);
+  const int32_t divided = s.part.label_count;
+  if (divided > before) run_build_clusters(k, s);
   s.part.label_count = overtake::split_walls(s.params.split_walls, s.part.clusters, s.part.cluster_points, m.height_m,
                                              s.part.label_count, s.views.points, m.labels);
-  if (s.part.label_count > before) run_build_clusters(k, s);
+  if (s.part.label_count > divided) run_build_clusters(k, s);
 }
 
 // Not a kernel: points on the own car are no obstacles.

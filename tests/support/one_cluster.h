@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The tables of one cluster, of label 1, by its points in the vehicle frame. The rows of the scan are in another order
-// than the cluster's, and every third point lost its pixel.
+// than the cluster's, every third point lost its pixel, and every seventh has none.
 #pragma once
 
 #include <algorithm>
@@ -36,10 +36,12 @@ class OneCluster {
     for (std::size_t k = 0; k < n; ++k) {
       const std::size_t i = n - 1 - k;
       point[k] = int32_t(i);
-      pixel_[i] = 2 * int32_t(k);
-      lost_[i] = k % 3 == 0;
-      heights.at(0, pixel_[i]) = heights_[k];
+      pixel_[i] = has_own_pixel(k) ? 2 * int32_t(k) : -1;
+      lost_[i] = k % 3 == 0 && pixel_[i] >= 0;
+      if (pixel_[i] >= 0) heights.at(0, pixel_[i]) = heights_[k];
     }
+    heights.view().row(0)[-1] = 0.5f;  // of no pixel
+    const int32_t before = labels_.view().row(0)[-1];
     float low_x = *std::min_element(x_.begin(), x_.end()), high_x = *std::max_element(x_.begin(), x_.end());
     float low_y = *std::min_element(y_.begin(), y_.end()), high_y = *std::max_element(y_.begin(), y_.end());
     float nearest_m = INFINITY;
@@ -56,12 +58,16 @@ class OneCluster {
     PointTable points;
     points.count = points.capacity = count;
     points.label = label_.data(), points.pixel = pixel_.data(), points.lost = lost_.data();
-    return step(clusters, members, Plane<const float>(heights), points, labels_.view());
+    const int32_t labels = step(clusters, members, Plane<const float>(heights), points, labels_.view());
+    return labels_.view().row(0)[-1] == before ? labels : -1;
   }
+  int32_t pixel_count() const { return 2 * int32_t(size()); }  // the most labels
 
+  static bool has_own_pixel(std::size_t k) { return k % 7 != 6; }
   // The label of a point; -1 where its pixel has another one, or of a point that lost its pixel not the cluster's own.
   int32_t label_of(std::size_t k) {
     const std::size_t i = size() - 1 - k;
+    if (pixel_[i] < 0) return label_[i];
     return labels_.at(0, pixel_[i]) == (lost_[i] ? 1 : label_[i]) ? label_[i] : -1;
   }
 

@@ -30,7 +30,7 @@ RESOURCES = {'simulate': {'threads': 1, 'mem_mb': 2000, 'runtime': 120},
              'times': {'threads': os.cpu_count()}}
 LOCK = '.sweep'
 LOCK_OF_CALLER = 'OVERTAKE_SWEEP_LOCK'  # its file descriptor, of a program that locks a folder and calls Snakemake
-WRITES = ('configs', 'inputs', 'jobs', 'logs', 'parts', 'whole')
+WRITES = ('configs', 'inputs', 'jobs', 'logs', 'parts', 'times', 'whole')
 # Options with which Snakemake runs nothing, by their names in its parser.
 LOOKS = ('dryrun', 'unlock', 'dag', 'rulegraph', 'filegraph', 'd3dag', 'summary', 'detailed_summary', 'list',
          'list_target_rules', 'list_version_changes', 'list_code_changes', 'list_input_changes', 'list_params_changes',
