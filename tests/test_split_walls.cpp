@@ -82,7 +82,7 @@ TEST_CASE("split_walls: the wall may be on either side, curved, and in any direc
         Scene scene(wall_m, curvature, turn_deg * float(kPi / 180));
         CHECK(scene.split() == 1);
         const float side = wall_m > 0.0f ? 1.0f : -1.0f;
-        for (float inside = 0.0f; inside < 4.0f; inside += 0.05f) scene.add(10.0f, side * inside, 0.6f, inside > 0.5f);
+        for (float inside = 0.0f; inside < 4.0f; inside += 0.05f) scene.add(30.0f, side * inside, 0.6f, inside > 0.5f);
         CHECK(scene.split() == 2);
         CHECK(scene.wrong() <= 4);
       }
@@ -120,6 +120,10 @@ TEST_CASE("split_walls: what is no car stays a part of the wall") {
   CHECK(labels(2.0f, 0.8f, 0.6f) == 1);   // flat
   CHECK(labels(2.0f, 3.0f, 2.5f) == 1);   // above: a catch fence
   CHECK(labels(2.0f, 3.0f, 0.05f) == 1);  // on the ground
+  Scene two;                              // a car, and something flat
+  two.add_box(5.0f, 2.0f, 3.0f);
+  two.add_box(15.0f, 2.0f, 0.8f, 0.6f, false);
+  CHECK(two.split() == 2);
   Scene few;
   for (int32_t with_pixel = 0; with_pixel < 14;) {
     few.add(5.0f, 1.0f + 0.1f * float(with_pixel));
@@ -146,6 +150,12 @@ TEST_CASE("split_walls: only near, long clusters of many points with one line; c
   CHECK(labels(7.0f, 7.0f) == 1);    // as long as a car and a half
   CHECK(labels(95.0f, 40.0f) == 1);  // far away
   CHECK(labels(7.0f, 40.0f, 0.0f) == 1);
+  for (const float along : {80.0f, 100.0f}) {  // the same wall, near and far
+    CAPTURE(along);
+    Scene long_wall(7.0f, 0.0f, 0.0f, 240.0f);
+    long_wall.add_box(along, 1.9f, 3.5f);
+    CHECK(long_wall.split() == (along < 90.0f ? 2 : 1));
+  }
   Scene bent(7.0f, 0.0f, 0.0f, 24.0f);  // two walls in one cluster: fewer than three fifths lie on any line
   for (float along = -12.0f; along < 12.0f; along += 0.1f) bent.add(along, 3.0f + 0.8f * along, 0.6f, false);
   CHECK(bent.split() == 1);
