@@ -27,8 +27,8 @@ constexpr Step kSegment[] = {
     step::label_points,                                             // 7b
     step::mark_smoke,                                               //     points of smoke have no label
     step::build_clusters,                                           // 8a  table of clusters in the vehicle frame
-    step::split_clusters,  //     divides two cars, or a wall and a car; then 8a anew
-    step::mark_own_body,   //     points of the own car have no label
+    step::split_clusters,                                           // 8a  not two cars, nor a wall and a car
+    step::mark_own_body,                                            //     points of the own car have no label
     step::count_reasons,
 };
 static_assert(is_chain(kSegment, kGivenColumns));

@@ -7,6 +7,7 @@
 
 #include "core/math.h"
 #include "kernels/heading_grid.h"
+#include "pipeline/cluster_places.h"
 
 namespace overtake {
 namespace {
@@ -49,25 +50,16 @@ Heading heading_of(float degree) {
   return {kHeadingGrid.cos[k], degree < 0.0f ? 0.0f - kHeadingGrid.sin[k] : kHeadingGrid.sin[k]};
 }
 
-// Calls f(heading) for 0, step, -step, 2 step, ... up to 45 deg, until it returns true. Returns whether it did.
-template <class F>
-bool any_heading(float step_deg, F&& f) {
-  constexpr float kMost_deg = 45.0f;
-  for (float degree = 0.0f; degree <= kMost_deg; degree += step_deg)
-    if (f(heading_of(degree)) || (degree > 0.0f && f(heading_of(0.0f - degree)))) return true;
-  return false;
-}
-
 bool may_be_one_car(const SplitAbreastParams& params, const Sample& sample) {
-  constexpr float kStep_deg = 5.0f;
-  return any_heading(kStep_deg, [&](const Heading& heading) {
+  const CarLimits most = {kLonger * params.length_m, kWider * params.width_m, INFINITY};
+  return fits_at_any_heading(most, [&](float cos, float sin) {
+    const Heading heading = {cos, sin};
     Span along, across;
     sample.for_each([&](float x, float y) {
       along.add(heading.along(x, y));
       across.add(heading.across(x, y));
     });
-    return min_of(along.length(), across.length()) <= kWider * params.width_m &&
-           max_of(along.length(), across.length()) <= kLonger * params.length_m;
+    return OrientedBox{along.low, along.high, across.low, across.high};
   });
 }
 
@@ -85,8 +77,9 @@ bool are_cars(const SplitAbreastParams& params, const Sample& sample, const Stri
   return max_of(left.length(), right.length()) <= kLonger * params.length_m;
 }
 
-// The widest strip between two parts of the size of a car. It has at most kFew of the points
-// of its width on average: a beam that hits both cars measures a place between them.
+// The widest strip between two parts of the size of a car. It need not be quite empty, because a beam that hits both
+// cars measures a place between them: each bin has at most a tenth of the points that a bin of the cluster has on
+// average.
 class StripSearch {
  public:
   StripSearch(const SplitAbreastParams& params, const Sample& sample) : params_(params), sample_(sample) {}
@@ -133,13 +126,13 @@ class StripSearch {
 };
 
 Strip find_strip(const SplitAbreastParams& params, const Sample& sample) {
-  constexpr float kStep_deg = 2.5f;
+  constexpr float kStep_deg = 2.5f, kMost_deg = 45.0f;
   if (may_be_one_car(params, sample)) return {};
   StripSearch search(params, sample);
-  any_heading(kStep_deg, [&](const Heading& heading) {
-    search.try_heading(heading);
-    return false;
-  });
+  for (float degree = 0.0f; degree <= kMost_deg; degree += kStep_deg) {
+    search.try_heading(heading_of(degree));
+    if (degree > 0.0f) search.try_heading(heading_of(0.0f - degree));
+  }
   return search.best().width_m >= params.strip_m ? search.best() : Strip{};
 }
 
