@@ -67,14 +67,16 @@ module.exports = {
     await until(page, () => overtake.app.faults.some((f) => f.kind === "gone"));
     // the browser's own lines
     assert.ok(errors.every((text) => text.includes("WebSocket") || text.includes("ERR_")), String(errors));
-    // The page counts what came, and has the run's counters. A frame's row comes in a message before its counts.
-    await until(page, () => overtake.app.logs[0].received - overtake.app.logs[0].dropped === overtake.app.entries.length);
-    const told = await page.evaluate(() => { const { app } = overtake, [log] = app.logs; app.state.tab = "log";
-        app.changed("settings", "frame"); return { received: log.received, dropped: log.dropped,
-        counters: log.frame.counters !== null }; });
+    // The page counts what came, and has the run's counters. The newest frame may come after the word that the run is
+    // gone, and a frame's row comes in a message before its counts: the numbers and the text are read together.
+    await page.evaluate(() => { overtake.app.state.tab = "log"; overtake.app.changed("settings", "frame"); });
+    await until(page, () => { const { app } = overtake, [log] = app.logs;
+        return log.received - log.dropped === app.entries.length &&
+            document.querySelector(".log .hint")?.textContent === `${log.received} frames received, ${
+            log.dropped} of them not drawn because newer ones had come`; });
+    const told = await page.evaluate(() => { const [log] = overtake.app.logs;
+        return { received: log.received, dropped: log.dropped, counters: log.frame.counters !== null }; });
     assert.ok(told.received > 3 && told.dropped >= 0 && told.counters, JSON.stringify(told));
-    await until(page, ({ received, dropped }) => document.querySelector(".log .hint").textContent ===
-        `${received} frames received, ${dropped} of them not drawn because newer ones had come`, told);
     await page.evaluate(() => overtake.app.select({ log: 0, kind: "point", sensor: "front", point: 1 }));
     // Another run on the same port: nothing of the one before remains.
     const next = startRun(overtake, logs, work, port, 0.1);
