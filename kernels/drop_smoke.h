@@ -10,7 +10,7 @@
 namespace overtake {
 
 struct DropSmokeParams {
-  float dark_share;  // smoke is darker than this share of the ground's intensity; 0: nothing is smoke
+  float dark_share;  // smoke is darker than this share of the ground; 0: nothing is smoke
   float near_share;  // a larger share of the neighbours lies at about the same range: a surface
   float reach_m;     // neighbours: ranges that differ by less
 };
@@ -20,17 +20,32 @@ inline constexpr float kSurface_m = 0.05f, kSurfaceShare = 0.01f;  // largest di
                                                                    // kSurface_m + kSurfaceShare * range
 inline constexpr float kRoughShare = 0.5f;                         // of the neighbours of a pixel of smoke, at least
 
-// The median intensity of ground pixels, of at most kGroundSamples that are spread over the image; 0 without any.
+// What the intensities of a scan compare with. A reflectivity compares as it is. A signal falls with the square of the
+// range, or faster on the ground, so its product with this square compares.
+struct GroundLight {
+  float light = 0.0f;      // the median of the ground; 0: no ground, or no intensities
+  bool is_signal = false;  // the scan's intensities are no reflectivities
+
+  float of(const ScanTable& scan, int32_t point) const {  // of a point
+    const float x = scan.x_m[point], y = scan.y_m[point], z = scan.z_m[point];
+    return is_signal ? scan.intensity[point] * (x * x + y * y + z * z) : scan.intensity[point];
+  }
+};
+
+// Of at most kGroundSamples ground pixels that are spread over the image. They are signals if the ground is darker the
+// farther away it is, by more than the 1.5th power of the range; recorded reflectivities of a road change with its power
+// of 0.3 to -0.8.
 inline constexpr int32_t kGroundSamples = 512;
-float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_point, ConstBitPlane nonground) noexcept;
+GroundLight find_ground_light(const ScanTable& scan, Plane<const int32_t> pixel_point,
+                              ConstBitPlane nonground) noexcept;
 // The same by the labels of the points, after label_points: labels[scan.count]. Spread over the points, in any order.
-float find_ground_intensity(const ScanTable& scan, const int32_t* labels) noexcept;
+GroundLight find_ground_light(const ScanTable& scan, const int32_t* labels) noexcept;
 
 // Returns of smoke are dark, and their ranges jump from pixel to pixel in every direction. One of the two alone is
 // common on cars (black parts, edges); a place where half of the pixels show both is smoke.
-//   reads    scan intensity; points pixel (where pixel_point has the point); range_filled_m pixel_point nonground
+//   reads    scan x_m y_m z_m intensity; points pixel (where pixel_point has the point); range_filled_m pixel_point nonground
 //   writes   smoke, every word; takes these pixels out of nonground
-//   rules    - dark: below dark_share of the ground's median intensity; also a filled gap that is non-ground. Low smoke
+//   rules    - dark: below dark_share of the ground's light (GroundLight); also a filled gap that is non-ground. Low smoke
 //              is ground for running_ground: here such pixels count, too
 //            - neighbours: the pixels of a window (which ends at the edges of the image) within reach_m, if they are
 //              non-ground or dark

@@ -55,14 +55,15 @@ void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const int3
                 BitPlane smoke) noexcept {
   const Image image = {range_filled_m, considered};
   const int32_t rows = nonground.rows, cols = nonground.cols;
-  const float limit = params.dark_share * find_ground_intensity(scan, pixel_point, nonground);
+  const GroundLight ground = find_ground_light(scan, pixel_point, nonground);
+  const float limit = params.dark_share * ground.light;
   for (const BitPlane& bits : {considered, rough, smoke})
     for (int32_t r = 0; r < rows; ++r) bits.clear_row(r);
   if (!(limit > 0.0f)) return;  // no ground, or no intensities
 
   const auto is_dark = [&](int32_t r, int32_t c) {
     const int32_t point = pixel_point.row(r)[c];
-    return point == kNoPoint ? nonground.test(r, c) : scan.intensity[point] < limit;
+    return point == kNoPoint ? nonground.test(r, c) : ground.of(scan, point) < limit;
   };
   for (int32_t r = 0; r < rows; ++r)
     for (int32_t c = 0; c < cols; ++c)

@@ -81,7 +81,7 @@ struct WindowRanges {
 
 // The pixels whose points are dark. Lists them first: which of the points are dark, and which of these hold their
 // pixel, cannot be predicted, so no branch depends on it.
-template <class A>
+template <class A, bool kSignal>
 OVT_INLINE void find_dark(const ScanTable& scan, const int32_t* point_pixel, Plane<const int32_t> pixel_point,
                           float darkest, BitPlane dark) {
   constexpr int32_t kBlock = 2048;
@@ -93,7 +93,13 @@ OVT_INLINE void find_dark(const ScanTable& scan, const int32_t* point_pixel, Pla
     int32_t list[kBlock + kSize<A>], found = 0, held = 0;
     const int32_t end = begin + kBlock < scan.count ? begin + kBlock : scan.count;
     for (int32_t i = begin; i < end; i += kSize<A>) {
-      const Mask<A> is_dark = (Float<A>::load(scan.intensity + i) < limit) & Mask<A>::first(end - i);
+      Float<A> light = Float<A>::load(scan.intensity + i);
+      if constexpr (kSignal) {  // GroundLight::of
+        const Float<A> x = Float<A>::load(scan.x_m + i), y = Float<A>::load(scan.y_m + i);
+        const Float<A> z = Float<A>::load(scan.z_m + i);
+        light = light * (x * x + y * y + z * z);
+      }
+      const Mask<A> is_dark = (light < limit) & Mask<A>::first(end - i);
       store_packed(is_dark, Int<A>::count_from(i), list + found);
       found += count_bits(is_dark.bits());
     }
@@ -212,12 +218,16 @@ void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const int3
                 Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground,
                 BitPlane considered, BitPlane rough, BitPlane smoke) noexcept {
   const int32_t rows = nonground.rows, cols = nonground.cols, words_per_row = nonground.words_per_row;
-  const float limit = params.dark_share * find_ground_intensity(scan, pixel_point, nonground);
+  const GroundLight ground = find_ground_light(scan, pixel_point, nonground);
+  const float limit = params.dark_share * ground.light;
   const bool may_be_smoke = limit > 0.0f;  // else there is no ground, or there are no intensities
   const BitPlane dark = smoke;             // at first
   for (int32_t r = 0; r < rows; ++r)
     for (int32_t w = 0; w < words_per_row; ++w) dark.row(r)[w] = rough.row(r)[w] = 0;
-  if (may_be_smoke) find_dark<A>(scan, point_pixel, pixel_point, limit, dark);
+  if (may_be_smoke && ground.is_signal)
+    find_dark<A, true>(scan, point_pixel, pixel_point, limit, dark);
+  else if (may_be_smoke)
+    find_dark<A, false>(scan, point_pixel, pixel_point, limit, dark);
   uint64_t any_dark = 0;
   for (int32_t r = 0; r < rows; ++r)
     for (int32_t w = 0; w < words_per_row; ++w) {

@@ -21,26 +21,27 @@ void for_each_lit(const StageContext& context, const Frame& frame, int32_t row, 
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const int32_t s = int32_t(&part - frame.sensors);
     const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
-    const float dark = frame.smoke_limit[s], rough = kRough * dark;
+    const GroundLight& dark = frame.smoke_limit[s];
     const PixelView view(context.sensors[s], part);
     for (int32_t k = begin; k < end; ++k) {
       const int32_t point = part.cluster_points.point[k];
-      if (dark > 0.0f && part.scan.intensity[point] < rough &&
-          (part.scan.intensity[point] < dark || !view.is_on_surface(point)))
-        continue;
+      if (dark.light > 0.0f) {
+        const float light = dark.of(part.scan, point);
+        if (light < kRough * dark.light && (light < dark.light || !view.is_on_surface(point))) continue;
+      }
       f(part.cluster_points.x_m[k], part.cluster_points.y_m[k]);
     }
   });
 }
 
-// Calls f(intensity, road's intensity) for each point of a merged cluster whose sensor has intensities.
+// Calls f(light, road's light) for each point of a merged cluster whose sensor has intensities.
 template <class F>
-void for_each_intensity(const Frame& frame, GroundIntensities& ground, int32_t row, F&& f) {
+void for_each_light(const Frame& frame, GroundLights& ground, int32_t row, F&& f) {
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    const float road = ground.of(part);
+    const GroundLight road = ground.of(part);
     const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
-    for (int32_t k = begin; road > 0.0f && k < begin + count; ++k)
-      f(part.scan.intensity[part.cluster_points.point[k]], road);
+    for (int32_t k = begin; road.light > 0.0f && k < begin + count; ++k)
+      f(road.of(part.scan, part.cluster_points.point[k]), road.light);
   });
 }
 
@@ -50,10 +51,10 @@ void find_smoke_limits(const StageContext& context, Frame& frame) noexcept {
   constexpr int32_t kSmokePoints = 100;  // a scan without smoke has up to 40, smoke thousands
   for (int32_t s = 0; s < context.sensor_count; ++s) {
     const SensorPart& part = frame.sensors[s];
-    frame.smoke_limit[s] = 0.0f;
-    if (part.present && part.reason_count[int32_t(Reason::kSmoke)] >= kSmokePoints)
-      frame.smoke_limit[s] =
-          context.segment[s].drop_smoke.dark_share * find_ground_intensity(part.scan, part.kept.points.label);
+    frame.smoke_limit[s] = {};
+    if (!part.present || part.reason_count[int32_t(Reason::kSmoke)] < kSmokePoints) continue;
+    frame.smoke_limit[s] = find_ground_light(part.scan, part.kept.points.label);
+    frame.smoke_limit[s].light *= context.segment[s].drop_smoke.dark_share;
   }
 }
 
@@ -69,7 +70,7 @@ OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t 
                        const OrientedBox& box) {
   bool any_smoke = false;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t) {
-    any_smoke = any_smoke || frame.smoke_limit[&part - frame.sensors] > 0.0f;
+    any_smoke = any_smoke || frame.smoke_limit[&part - frame.sensors].light > 0.0f;
   });
   if (!any_smoke) return box;
   OrientedBox lit = kNoBox;
@@ -155,7 +156,7 @@ LevelRows count_level_rows(const StageContext& context, const Frame& frame, int3
 bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t row) noexcept {
   constexpr float kNear_m = 30.0f;  // farther away, the road may return nothing
   const int32_t s = frame.merged.main_sensor[row];
-  if (!(frame.merged.nearest_m[row] < kNear_m) || frame.smoke_limit[s] > 0.0f) return false;
+  if (!(frame.merged.nearest_m[row] < kNear_m) || frame.smoke_limit[s].light > 0.0f) return false;
   const PixelView view(context.sensors[s], frame.sensors[s]);
   const PixelBox pixels = main_pixels(frame, row, view);
   if (pixels.row_high < 0) return false;
@@ -163,38 +164,38 @@ bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t r
   return !ground.left && !ground.right && (ground.none_left || ground.none_right);
 }
 
-float GroundIntensities::of(const SensorPart& part) {
+GroundLight GroundLights::of(const SensorPart& part) {
   const int32_t s = int32_t(&part - frame_.sensors);
-  if (!known_[s]) value_[s] = find_ground_intensity(part.scan, part.kept.points.label);
+  if (!known_[s]) value_[s] = find_ground_light(part.scan, part.kept.points.label);
   known_[s] = true;
   return value_[s];
 }
 
-bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
+bool is_sign(const Frame& frame, GroundLights& ground, int32_t row) noexcept {
   constexpr float kBright = 4.0f;
   int32_t bright = 0;
-  for_each_intensity(frame, ground, row, [&](float intensity, float road) { bright += intensity > kBright * road; });
+  for_each_light(frame, ground, row, [&](float light, float road) { bright += light > kBright * road; });
   return 2 * bright > frame.merged.point_count[row];
 }
 
-bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row, float bare_share) noexcept {
+bool is_reflector(const Frame& frame, GroundLights& ground, int32_t row, float bare_share) noexcept {
   constexpr float kGlare = 5.0f, kBare = 25.0f;  // a white body is up to 20 times as bright as dark asphalt
   constexpr int32_t kFewest = 2;                 // one point is the lamp of a car, and of few points makes such a mean
   constexpr int32_t kManyPoints = 30;            // of so many of glare, some are the reflector itself
   float sum = 0.0f, least = 0.0f;
   int32_t bright = 0, bare = 0;
-  for_each_intensity(frame, ground, row, [&](float intensity, float road) {
-    sum += intensity;
+  for_each_light(frame, ground, row, [&](float light, float road) {
+    sum += light;
     least += kGlare * road;
-    bright += intensity > kGlare * road;
-    bare += intensity > kBare * road;
+    bright += light > kGlare * road;
+    bare += light > kBare * road;
   });
   const int32_t points = frame.merged.point_count[row];
   if (bare == 0 && points >= kManyPoints) return false;
   return sum > least && bright >= kFewest && float(bare) >= bare_share * float(points);
 }
 
-bool is_surely_car(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
+bool is_surely_car(const StageContext& context, const Frame& frame, GroundLights& ground, int32_t row) noexcept {
   constexpr int32_t kPoints = 30, kRows = 3;  // the rows of one sensor
   constexpr float kUpright_m = 0.5f, kLow_m = 0.4f, kHigh_m = 0.6f, kTop_m = 1.25f;
   constexpr float kLength = 0.5f, kWidth = 0.45f;  // of the vehicle

@@ -162,7 +162,7 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
   const float inside_m = find_inside(context, frame);
   const WallErrors walls(context, frame);
-  GroundIntensities ground(frame);
+  GroundLights ground(frame);
   frame.gated_map = filter(frame, [&](int32_t row) {
     const CarAnchor car = anchor_cluster(context, frame, row);
     return is_inside(frame, row, car, walls, inside_m) ||

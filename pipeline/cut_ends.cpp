@@ -11,7 +11,7 @@
 namespace overtake {
 namespace {
 
-// An edge of a field of view: half of a plane through the sensor. The normal points outside.
+// An edge of a view: half of a plane through the sensor. The normal points outside.
 struct Edge {
   const float* at_m;
   float x, y, z;
@@ -23,8 +23,7 @@ struct Edge {
     return x * (px - at_m[0]) + y * (py - at_m[1]) + z * (pz - at_m[2]);
   }
 };
-Edge edge_of(const SensorModel& sensor, bool is_left) {
-  const float azimuth_rad = sensor.azimuth_left_rad - (is_left ? 0.0f : sensor.pitch_rad * float(sensor.cols));
+Edge edge_at(const SensorModel& sensor, float azimuth_rad, bool is_left) {
   double s, c;
   sin_cos_f64(double(azimuth_rad), s, c);
   const float sign = is_left ? 1.0f : -1.0f, n[2] = {-sign * float(s), sign * float(c)};
@@ -37,14 +36,39 @@ Edge edge_of(const SensorModel& sensor, bool is_left) {
           .along_y = r[3] * float(c) + r[4] * float(s)};
 }
 
-// Whether the columns of a sensor look to a place.
-bool looks_to(const SensorModel& sensor, float x_m, float y_m, float z_m) {
-  if (sensor.wraps) return true;
-  const Edge left = edge_of(sensor, true), right = edge_of(sensor, false);
+// Whether a place lies in a sector of a sensor.
+bool is_in_sector(const SensorModel& sensor, float left_rad, float width_rad, float x_m, float y_m, float z_m) {
+  const Edge left = edge_at(sensor, left_rad, true), right = edge_at(sensor, left_rad - width_rad, false);
   const bool is_inside_left = left.outside_m(x_m, y_m, z_m) < 0.0f,
              is_inside_right = right.outside_m(x_m, y_m, z_m) < 0.0f;
-  const bool is_wide = sensor.pitch_rad * float(sensor.cols) > float(kPi);
-  return is_wide ? is_inside_left || is_inside_right : is_inside_left && is_inside_right;
+  return width_rad > float(kPi) ? is_inside_left || is_inside_right : is_inside_left && is_inside_right;
+}
+
+float view_width(const SensorModel& sensor) { return sensor.pitch_rad * float(sensor.cols); }
+
+// Whether a sensor of the frame looks to a place.
+bool looks_to(const StageContext& context, const Frame& frame, int32_t s, float x_m, float y_m, float z_m) {
+  const SensorModel& sensor = context.sensors[s];
+  const ViewGaps& gaps = frame.gaps[s];
+  if (!frame.sensors[s].present) return false;
+  if (!sensor.wraps && !is_in_sector(sensor, sensor.azimuth_left_rad, view_width(sensor), x_m, y_m, z_m)) return false;
+  return std::none_of(gaps.gap, gaps.gap + gaps.count, [&](const ViewGap& gap) {
+    return is_in_sector(sensor, left_of(sensor, gap), width_of(sensor, gap), x_m, y_m, z_m);
+  });
+}
+
+// Calls f for the edges of what a sensor sees: those of its field of view, and of the gaps in it.
+template <class F>
+void for_each_edge(const SensorModel& sensor, const ViewGaps& gaps, F&& f) {
+  if (!sensor.wraps) {
+    f(edge_at(sensor, sensor.azimuth_left_rad, true));
+    f(edge_at(sensor, sensor.azimuth_left_rad - view_width(sensor), false));
+  }
+  for (int32_t i = 0; i < gaps.count; ++i) {
+    const float left_rad = left_of(sensor, gaps.gap[i]);
+    f(edge_at(sensor, left_rad - width_of(sensor, gaps.gap[i]), true));
+    f(edge_at(sensor, left_rad, false));
+  }
 }
 
 // Calls f(x, y, z, is_own) for each point of a merged cluster.
@@ -97,7 +121,7 @@ void find_cut_by(const StageContext& context, const Frame& frame, int32_t row, c
   if (!(abs_of(own_m) <= column_m) || other_m > kBeyond_m) return;
   x_m += kOutside_m * edge.x, y_m += kOutside_m * edge.y, z_m += kOutside_m * edge.z;
   for (int32_t s = 0; s < context.sensor_count; ++s)
-    if (&frame.sensors[s] != &part && frame.sensors[s].present && looks_to(context.sensors[s], x_m, y_m, z_m)) return;
+    if (&frame.sensors[s] != &part && looks_to(context, frame, s, x_m, y_m, z_m)) return;
   // The edge crosses the car obliquely: points within end_m of an end that it cuts off lie so far inside of it.
   const float along = edge.x * cos + edge.y * sin, across = edge.y * cos - edge.x * sin;
   const float deep_1 = kDeep_m + kEnd_m * abs_of(along), deep_2 = kDeep_m + kEnd_m * abs_of(across);
@@ -153,16 +177,14 @@ CutEnds find_cut_ends(const StageContext& context, const Frame& frame, int32_t r
   const FrameClusterTable& merged = frame.merged;
   if (merged.nearest_m[row] > kFarthest_m) return cut;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t) {
-    const SensorModel& sensor = context.sensors[&part - frame.sensors];
-    for (const bool is_left : {true, false}) {
-      if (sensor.wraps) continue;
-      const Edge edge = edge_of(sensor, is_left);
-      if (!edge.is_ahead(merged.center_x_m[row], merged.center_y_m[row])) continue;
+    const auto s = &part - frame.sensors;
+    for_each_edge(context.sensors[s], frame.gaps[s], [&](const Edge& edge) {
+      if (!edge.is_ahead(merged.center_x_m[row], merged.center_y_m[row])) return;
       const float outside_m = edge.outside_m(edge.x > 0.0f ? merged.max_x_m[row] : merged.min_x_m[row],
                                              edge.y > 0.0f ? merged.max_y_m[row] : merged.min_y_m[row],
                                              edge.z > 0.0f ? merged.max_z_m[row] : merged.min_z_m[row]);
       if (outside_m > 0.0f - kNear_m) find_cut_by(context, frame, row, part, edge, cos, sin, box, found);
-    }
+    });
   });
   if (cut.low_1 == cut.high_1 || !is_end_hidden(context, frame, row, cos, sin, cut.low_1)) return cut;
   const bool is_long = box.length() >= kShort_m;

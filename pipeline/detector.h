@@ -80,6 +80,7 @@ class Detector {
   void read_stats(ovt_stats& out) const;
   ovt_runtime_info runtime_info() const;
   int32_t sensor_count() const { return context_.sensor_count; }
+  std::span<const SensorModel> sensors() const { return {context_.sensors, std::size_t(context_.sensor_count)}; }
   const Method& method() const { return *context_.method; }
   double path_step_s() const { return track_stage_->tracker().path_step_s(); }
   Counters& counters() { return counters_; }

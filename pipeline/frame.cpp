@@ -97,6 +97,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.ego_off_map_m = 0;
   frame.uses_map = false;
   std::fill(std::begin(frame.walls), std::end(frame.walls), WallHeading());
+  for (int32_t s = 0; s < kMaxSensors; ++s) frame.gaps[s].count = frame.blocked[s].count = 0;
   frame.ego_heading = {};
   frame.ego_known = false;
   frame.ego.count = 0;

@@ -6,11 +6,11 @@
 //
 //   intake     sequence, stamps, sensor_mask, kind, ego, external, sensors[s].scan, .present   (before the stages)
 //   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
-//   detect     members, merged, cluster_of_label, smoke_limit, walls, kept, places, detections, views   (after all
-//              segments)
+//   detect     members, merged, cluster_of_label, smoke_limit, walls, gaps, kept, places, detections, views   (after
+//              all segments)
 //   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
-//              refiltered, lost_rows, values_ignored, ego_heading, views.ego_offset_rad (and adds to views.var_x ..
-//              and to detections.heading_rad of psi_REF)
+//              refiltered, lost_rows, values_ignored, ego_heading, blocked, views.ego_offset_rad (and adds to
+//              views.var_x .. and to detections.heading_rad of psi_REF)
 //
 // Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once
@@ -33,6 +33,7 @@
 #include "pipeline/road/road_data.h"
 #include "pipeline/stage_clock.h"
 #include "pipeline/track/measurement.h"
+#include "pipeline/view_gaps.h"
 
 namespace overtake {
 
@@ -101,9 +102,9 @@ struct Frame {
   SeamScratch seam;
   int32_t* kept = nullptr;  // rows of merged that pass the gates; behind them the faint ones
   int32_t kept_count = 0, candidate_count = 0;
-  int32_t faint_count = 0;              // rows behind those of `kept`, `detections` and `views`, for the tracker only
-  ClusterPlaceTable places;             // of the rows of merged; no memory unless a rule of the method uses it
-  float smoke_limit[kMaxSensors] = {};  // darker points of a sensor may be smoke; 0: it sees none
+  int32_t faint_count = 0;               // rows behind those of `kept`, `detections` and `views`, for the tracker only
+  ClusterPlaceTable places;              // of the rows of merged; no memory unless a rule of the method uses it
+  GroundLight smoke_limit[kMaxSensors];  // darker points of a sensor may be smoke; 0: it sees none
   DetectionTable detections;
   DetectionViewTable views;                      // by detection; no memory either
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate
@@ -113,6 +114,7 @@ struct Frame {
   double ego_off_map_m = 0;        // distance of the ego pose outside of the circuit, 0 inside
   bool uses_map = false;           // a map exists and the ego pose is within its margin: gate and pose may use it
   WallHeading walls[kMaxSensors];  // by sensor
+  ViewGaps gaps[kMaxSensors];      // of their scans
   // track
   MeasurementTable measurements;
   TrackTable tracks;                  // each state at its own stamp, from the tracker's snapshot
@@ -123,7 +125,8 @@ struct Frame {
   int32_t lost_rows = 0;       // detections or pushed rows that did not reach the tracker
   int32_t values_ignored = 0;  // of pushed rows: given, but no car can have them
   bool ego_known = false;
-  EgoState ego_state;  // at stamp_ns
+  EgoState ego_state;             // at stamp_ns
+  ViewGaps blocked[kMaxSensors];  // the gaps that last
   EgoHeading ego_heading;
   StageSpans spans;
   std::atomic<int64_t> started_ns{0};  // steady clock, start of the first segmentation

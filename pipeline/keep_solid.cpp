@@ -18,7 +18,7 @@ constexpr float kTop_m = 0.6f;     // higher ones may be the level beam over the
 // A candidate is as dark as smoke, but for a few points, which may be of what stands in the smoke; and its ranges jump
 // from pixel to pixel. Dense smoke 50 m away lies on a surface: of many points it needs no jumps among other smoke, and
 // no other smoke where it has jumps.
-bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
+bool is_smoke(const StageContext& context, const Frame& frame, GroundLights& ground, int32_t row) {
   constexpr int32_t kBrightPart = 4, kMany = 10, kBrightOfMany = 10;
   constexpr float kApart = 0.5f, kDarkApart = 0.2f;
   const int32_t points = frame.merged.point_count[row], min_points = context.detect.gate_clusters.min_points;
@@ -29,11 +29,12 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const int32_t s = int32_t(&part - frame.sensors);
     any_smoke = any_smoke || part.reason_count[int32_t(Reason::kSmoke)] > 0;
-    much_smoke = much_smoke || frame.smoke_limit[s] > 0.0f;
-    const float dark = context.segment[s].drop_smoke.dark_share * ground.of(part);
+    much_smoke = much_smoke || frame.smoke_limit[s].light > 0.0f;
+    const GroundLight road = ground.of(part);
+    const float dark = context.segment[s].drop_smoke.dark_share * road.light;
     const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
     for (int32_t k = begin; k < end && (are_many_dark() || are_few_bright()); ++k)
-      bright += !(dark > 0.0f && part.scan.intensity[part.cluster_points.point[k]] < dark);
+      bright += !(dark > 0.0f && road.of(part.scan, part.cluster_points.point[k]) < dark);
   });
   const bool is_dark = are_many_dark();
   if (!is_dark && !(any_smoke && are_few_bright())) return false;
@@ -180,7 +181,7 @@ bool is_see_through(const Frame& frame, int32_t row, const PixelView& view, cons
   return fill.of_returns < kOfReturns || fill.of_pixels < kOfPixels;
 }
 
-bool is_no_body(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
+bool is_no_body(const StageContext& context, const Frame& frame, GroundLights& ground, int32_t row) {
   const int32_t s = frame.merged.main_sensor[row];
   const PixelView view(context.sensors[s], frame.sensors[s]);
   const PixelBox pixels = main_pixels(frame, row, view);
@@ -203,7 +204,7 @@ void keep_solid(const StageContext& context, Frame& frame) noexcept {
   constexpr float kFar_m = 70.0f;  // the road returns nothing: its height does not tell a sign
   constexpr float kReflectorFrom_m = 50.0f, kBesideBound_m = 1.6f, kNearBound_m = 3.0f;
   constexpr float kBareShare = 0.4f;  // of the points of a reflector that is near, or where no bound tells its place
-  GroundIntensities ground(frame);
+  GroundLights ground(frame);
   int32_t count = 0;
   for (int32_t i = 0; i < frame.kept_count; ++i) {
     const int32_t row = frame.kept[i];

@@ -173,7 +173,7 @@ const SensorPart* part_of(ovt_reader* reader, int32_t sensor) {
   return &r.frame->sensors[sensor];
 }
 
-void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
+void fill_info(const Frame& frame, std::span<const SensorModel> sensors, ovt_frame_info* out) {
   *out = {};
   out->sequence = frame.sequence;
   out->first_stamp_ns = frame.first_stamp_ns;
@@ -188,7 +188,7 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
     out->ego_yaw_rad = frame.ego_state.pose.yaw_rad;
     out->ego_speed_mps = frame.ego_state.pose.speed_mps;
   }
-  for (int32_t s = 0; s < sensor_count; ++s)
+  for (std::size_t s = 0; s < sensors.size(); ++s)
     if (frame.sensors[s].present) out->point_count += frame.sensors[s].kept.points.count;
   out->cluster_count = frame.merged.count;
   out->candidate_count = frame.candidate_count;
@@ -210,6 +210,16 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
   out->ego_heading_sigma_rad = frame.ego_heading.sigma_rad;
   out->ego_wall_points = frame.ego_heading.wall_points;
   out->incomplete_mask = frame.incomplete_mask;
+  for (std::size_t s = 0; s < sensors.size(); ++s)
+    for (int32_t i = 0; i < frame.blocked[s].count; ++i) {
+      const ViewGap& gap = frame.blocked[s].gap[i];
+      const float wide_rad = width_of(sensors[s], gap);
+      out->blocked_mask |= 1u << s;
+      if (wide_rad <= out->blocked_rad) continue;
+      out->blocked_rad = wide_rad;
+      out->blocked_left_rad = left_of(sensors[s], gap);
+      out->blocked_sensor = int32_t(s);
+    }
 }
 
 }  // namespace
@@ -379,7 +389,7 @@ ovt_status ovt_read_info_sized(ovt_reader* reader, ovt_frame_info* out, size_t o
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
   ovt_frame_info info;
-  fill_info(*cpp(reader).frame, cpp(reader).detector->sensor_count(), &info);
+  fill_info(*cpp(reader).frame, cpp(reader).detector->sensors(), &info);
   return give(info, out, out_size);
 }
 

@@ -689,11 +689,16 @@ enum {                               /* ovt_frame_info.flags */
                                         begin nearer than 3 m, fewer than 1 of 50 is ground. Something is in front of
                                         the sensor, or the ego poses' pitch or roll, the mounting or the map is wrong:
                                         then its cars are lost among the road's points. This is not "all clear" */
-  OVT_FLAG_EGO_JUMP = 1048576        /* preset best, with ego poses in the map: the ego pose is 0.5 m or more from
+  OVT_FLAG_EGO_JUMP = 1048576,       /* preset best, with ego poses in the map: the ego pose is 0.5 m or more from
                                         where the places before lead (0.65 m at 10 Hz, 2 m at 5 Hz); if less than 5 m,
                                         the pushed speed, yaw rate and heading do not lead there either, and the tracks
                                         that no pushed row was a hit of have moved with it. After a farther jump tracks
                                         that are not seen again soon end */
+  OVT_FLAG_VIEW_BLOCKED = 2097152    /* preset best: for 0.25 s a sensor has no return in 3 deg or more of its columns
+                                        (see blocked_mask): something is on its window, a part of the own car is in
+                                        front of it, or its driver crops the view. Cars behind that are not seen, and
+                                        a track that is lost there counts as outside of the view. Not told of a sensor
+                                        that has no return in more than three quarters of its columns */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */
@@ -740,6 +745,10 @@ typedef struct ovt_frame_info {
   double ego_heading_sigma_rad;      /* its standard deviation */
   int32_t ego_wall_points;           /* points of walls that this frame compared with the map's bounds */
   uint32_t incomplete_mask;          /* bit s: the scan of sensor s is incomplete (ovt_push_points) */
+  uint32_t blocked_mask;             /* bit s: a part of the view of sensor s is blocked (OVT_FLAG_VIEW_BLOCKED) */
+  float blocked_rad;                 /* the widest such part of the frame's sensors, 0: none */
+  float blocked_left_rad;            /* its left edge, an azimuth of the sensor blocked_sensor */
+  int32_t blocked_sensor;
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame; `out` may be null. OVT_NO_FRAME when there is no newer one: the reader

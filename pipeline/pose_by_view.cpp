@@ -327,7 +327,7 @@ bool is_upright_behind(const StageContext& context, const Frame& frame, int32_t 
   const FrameClusterTable& merged = frame.merged;
   const float behind_m = -merged.center_x_m[row], beside_m = abs_of(merged.center_y_m[row]);
   const int32_t s = merged.main_sensor[row];
-  if (!(beside_m < kWing * behind_m) || frame.smoke_limit[s] > 0.0f) return false;
+  if (!(beside_m < kWing * behind_m) || frame.smoke_limit[s].light > 0.0f) return false;
   const PixelBox pixels = main_pixels(frame, row, PixelView(context.sensors[s], frame.sensors[s]));
   const int32_t rows = pixels.row_high - pixels.row_low;
   if (behind_m > kFrom_m) return has_bounds(frame.places, row) && rows > 0;

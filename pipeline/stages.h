@@ -116,6 +116,9 @@ void list_faint(const StageContext& context, Frame& frame) noexcept;
 //   writes  detections, views but ego_offset_rad, faint_count
 void pose_by_view(const StageContext& context, Frame& frame) noexcept;
 
+// Where no row of a sensor has a return (view_gaps.h).   reads  sensors pixel_point   writes  gaps
+void find_view_gaps(const StageContext& context, Frame& frame) noexcept;
+
 // The ego heading by the walls. Takes the nearest point of each azimuth from the long clusters of each sensor, so that
 // a fence behind the wall and points above it do not count, and fits each sensor's points (fit_walls).
 //   reads  merged, members, cluster points, scans, ego, uses_map   writes  walls

@@ -82,8 +82,11 @@ TEST_CASE("limits: drop_smoke writes the reference's bytes") {
     OwnedPlane<int32_t> point(rows, cols);
     OwnedBits nonground(rows, cols), considered(rows, cols), rough(rows, cols), smoke(rows, cols);
     std::vector<float> intensity(std::size_t(round_up(rows * cols, kRowAlign)), 1.0f);
+    std::vector<float> x_m(intensity.size()), y_m(intensity.size()), z_m(intensity.size());
     std::vector<int32_t> pixel(intensity.size(), -1);
     nonground.clear();
+    const bool is_signal = random() % 2;
+    constexpr float kCoordinates_m[] = {0.7f, 3.3f, 9.1f, 17.9f};
     const uint64_t ground = 2 + random() % 6;
     for (int32_t r = 0; r < rows; ++r)
       for (int32_t c = 0; c < cols; ++c) {
@@ -92,13 +95,19 @@ TEST_CASE("limits: drop_smoke writes the reference's bytes") {
         point.at(r, c) = range.at(r, c) == 0.0f || random() % 8 == 0 ? kNoPoint : r * cols + c;
         // Some points without a pixel lost one.
         if (point.at(r, c) != kNoPoint || random() % 2) pixel[std::size_t(r * cols + c)] = r * point.view().stride + c;
-        if (!is_ground) intensity[std::size_t(r * cols + c)] = kIntensities[random() % std::size(kIntensities)];
+        const auto i = std::size_t(r * cols + c);
+        if (!is_ground) intensity[i] = kIntensities[random() % std::size(kIntensities)];
+        for (std::vector<float>* axis : {&x_m, &y_m, &z_m})
+          (*axis)[i] = kCoordinates_m[random() % std::size(kCoordinates_m)];
+        if (is_signal) intensity[i] /= x_m[i] * x_m[i] + y_m[i] * y_m[i] + z_m[i] * z_m[i];
         if (!is_ground && range.at(r, c) > 0.0f) nonground.view().set(r, c);
       }
     ScanTable scan;
     scan.count = rows * cols;
     scan.capacity = int32_t(intensity.size());
     scan.intensity = intensity.data();
+    scan.x_m = x_m.data(), scan.y_m = y_m.data(), scan.z_m = z_m.data();
+    if (cols > kCols) CHECK(find_ground_light(scan, point, nonground.view()).is_signal == is_signal);
     k.drop_smoke({0.125f, 0.25f, 0.5f}, scan, pixel.data(), range, point, nonground.view(), considered.view(),
                  rough.view(), smoke.view());
     return draw_bits(nonground) + draw_bits(smoke);

@@ -68,6 +68,11 @@ struct Scene {
     ScanTable scan;
     scan.count = scan.capacity = int32_t(intensity.size());
     scan.intensity = intensity.data();
+    std::vector<float> x_m(intensity.size()), zero(intensity.size());
+    scan.x_m = x_m.data(), scan.y_m = scan.z_m = zero.data();
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c)
+        if (point.at(r, c) != kNoPoint) x_m[std::size_t(point.at(r, c))] = range.at(r, c);
     std::vector<int32_t> pixel(intensity.size(), -1);
     for (int32_t r = 0; r < kRows; ++r)
       for (int32_t c = 0; c < kCols; ++c)
@@ -101,6 +106,23 @@ TEST_CASE("drop_smoke: the scale of the intensities does not matter") {
     scene.scale_intensity(factor);
     CHECK(scene.run() == Result{200, 0});
   }
+}
+
+TEST_CASE("drop_smoke: neither does the range, if the intensities are signals") {
+  for (const float power : {0.0f, -2.0f, -3.0f})
+    for (const float light : {0.02f, 0.3f}) {
+      CAPTURE(power);
+      CAPTURE(light);
+      Scene scene({{0, 50, 8, 25, 25.0f, 5.8f, light}});
+      for (int32_t r = 0; r < Scene::kRows; ++r)
+        for (int32_t c = 0; c < Scene::kCols; ++c) {
+          if (r == Scene::kRows - 1) scene.range.at(r, c) = 4.0f + 0.25f * float(c);  // the road
+          if (scene.point.at(r, c) == kNoPoint) continue;
+          const float fall = r == Scene::kRows - 1 ? power : std::max(power, -2.0f);
+          scene.intensity[std::size_t(scene.point.at(r, c))] *= std::pow(scene.range.at(r, c) / 10.0f, fall);
+        }
+      CHECK(scene.run() == (light < 0.1f ? Result{200, 0} : Result{0, 200}));
+    }
 }
 
 TEST_CASE("drop_smoke: a dark surface and a bright heap are obstacles") {
@@ -216,23 +238,26 @@ TEST_CASE("drop_smoke: the ground's intensity is a median over the whole image")
   Scene scene;
   ScanTable scan;
   scan.intensity = scene.intensity.data();
+  std::vector<float> origin(scene.intensity.size());
+  scan.x_m = scan.y_m = scan.z_m = origin.data();
   for (std::size_t i = 0; i < 30; ++i) scene.intensity[i] = 100.0f;  // paint
-  CHECK(find_ground_intensity(scan, scene.point, scene.nonground.view()) == 1.0f);
+  CHECK(find_ground_light(scan, scene.point, scene.nonground.view()).light == 1.0f);
   for (std::size_t i = 30; i < 45; ++i) scene.intensity[i] = 100.0f;
-  CHECK(find_ground_intensity(scan, scene.point, scene.nonground.view()) == 100.0f);
+  CHECK(find_ground_light(scan, scene.point, scene.nonground.view()).light == 100.0f);
 }
 
 TEST_CASE("drop_smoke: the ground's intensity by the labels of the points") {
-  std::vector<float> intensity(3000, 7.0f);
+  std::vector<float> intensity(3000, 7.0f), origin(3000);
   std::vector<int32_t> labels(3000, 1);
   ScanTable scan;
   scan.intensity = intensity.data();
+  scan.x_m = scan.y_m = scan.z_m = origin.data();
   scan.count = 3000;
-  CHECK(find_ground_intensity(scan, labels.data()) == 0.0f);  // no ground
+  CHECK(find_ground_light(scan, labels.data()).light == 0.0f);  // no ground
   for (std::size_t i = 1200; i < 3000; ++i) labels[i] = kLabelGround, intensity[i] = i < 2000 ? 1.0f : 2.0f;
-  CHECK(find_ground_intensity(scan, labels.data()) == 2.0f);
+  CHECK(find_ground_light(scan, labels.data()).light == 2.0f);
   for (std::size_t i = 1200; i < 2400; ++i) intensity[i] = 1.0f;
-  CHECK(find_ground_intensity(scan, labels.data()) == 1.0f);
+  CHECK(find_ground_light(scan, labels.data()).light == 1.0f);
 }
 
 TEST_CASE("drop_smoke: the ground's intensity does not depend on the order of the points") {
@@ -240,7 +265,7 @@ TEST_CASE("drop_smoke: the ground's intensity does not depend on the order of th
     for (const int32_t columns : {512, 1000, 1024, 2048})
       for (const bool by_firing : {false, true}) {
         const int32_t count = rings * columns;
-        std::vector<float> intensity(std::size_t(count), 200.0f);
+        std::vector<float> intensity(std::size_t(count), 200.0f), origin(intensity.size());
         std::vector<int32_t> labels(std::size_t(count), 1);
         for (int32_t i = 0; i < count; ++i) {
           const int32_t ring = by_firing ? i % rings : i / columns;
@@ -250,12 +275,54 @@ TEST_CASE("drop_smoke: the ground's intensity does not depend on the order of th
         }
         ScanTable scan;
         scan.intensity = intensity.data();
+        scan.x_m = scan.y_m = scan.z_m = origin.data();
         scan.count = count;
         CAPTURE(rings);
         CAPTURE(columns);
         CAPTURE(by_firing);
-        CHECK(find_ground_intensity(scan, labels.data()) == 10.0f);
+        CHECK(find_ground_light(scan, labels.data()).light == 10.0f);
       }
+}
+
+TEST_CASE("drop_smoke: intensities that fall with the range are no reflectivities") {
+  constexpr int32_t kCount = 4000;
+  std::vector<int32_t> labels(kCount, kLabelGround);
+  // The ground from near_m to far_m, in a shuffled order.
+  const auto find = [&](double near_m, double far_m, double power, double noise = 0.0, int32_t count = 4000) {
+    std::vector<float> x_m(kCount), y_m(kCount), z_m(kCount, -1.5f), intensity(kCount);
+    for (int32_t i = 0; i < count; ++i) {
+      const double share = (i * 1237 % count + 0.5) / count, range_m = near_m * std::pow(far_m / near_m, share);
+      const double a = 2.0 * i;
+      x_m[std::size_t(i)] = float(std::cos(a) * std::sqrt(range_m * range_m - 1.5 * 1.5));
+      y_m[std::size_t(i)] = float(std::sin(a) * std::sqrt(range_m * range_m - 1.5 * 1.5));
+      intensity[std::size_t(i)] = float(std::pow(range_m, power) * (1.0 + noise * std::sin(7.0 * i)));
+    }
+    ScanTable scan;
+    scan.x_m = x_m.data(), scan.y_m = y_m.data(), scan.z_m = z_m.data(), scan.intensity = intensity.data();
+    scan.count = count;
+    return find_ground_light(scan, labels.data());
+  };
+  for (const double noise : {0.0, 0.5}) {
+    for (const double power : {1.0, 0.3, 0.0, -0.3, -0.8, -1.2}) CHECK_FALSE(find(4, 40, power, noise).is_signal);
+    for (const double power : {-2.0, -3.0}) CHECK(find(4, 40, power, noise).is_signal);
+  }
+  CHECK(double(find(4, 40, 0).light) == doctest::Approx(1.0));
+  CHECK(double(find(4, 40, -2).light) == doctest::Approx(1.0));  // times the square of the range
+  CHECK_FALSE(find(4, 5, -3).is_signal);                         // too little of the ground to tell
+  CHECK_FALSE(find(4, 40, -3, 0, 20).is_signal);                 // too few points
+  CHECK(find(4, 40, -3, 0, 100).is_signal);
+  // The same for the pixels of an image.
+  Scene scene;
+  ScanTable scan;
+  std::vector<float> x_m(scene.intensity.size()), zero(scene.intensity.size());
+  scan.x_m = x_m.data(), scan.y_m = scan.z_m = zero.data(), scan.intensity = scene.intensity.data();
+  for (const float power : {-1.0f, -2.0f}) {
+    for (int32_t c = 0; c < Scene::kCols; ++c) {
+      const auto point = std::size_t(scene.point.at(Scene::kRows - 1, c));
+      x_m[point] = 3.0f + float(c), scene.intensity[point] = std::pow(x_m[point], power);
+    }
+    CHECK(find_ground_light(scan, scene.point, scene.nonground.view()).is_signal == (power < -1.5f));
+  }
 }
 
 TEST_CASE("mark_smoke: points of smoke get their reason, losers of the pixel keep theirs") {

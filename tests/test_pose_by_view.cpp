@@ -122,6 +122,35 @@ TEST_CASE("pose by view: of a car at the edge of all fields of view the end that
   CHECK(whole.sigma_x_m < 0.1);
 }
 
+TEST_CASE("pose by view: of a car at a gap of all views the end that is seen counts") {
+  // Dirt on the window of sensor 0 stops the light from from_deg to to_deg, on one side.
+  const auto look = [](double side, double from_deg, double to_deg, bool others) {
+    constexpr double kFar_m = 0.6;
+    const double middle_deg = side * (from_deg + to_deg) / 2, half = std::tan((to_deg - from_deg) / 2 * kPi / 180);
+    RulesBench bench(false);
+    bench.look({car_at(7, 5 * side),
+                {kFar_m * std::cos(middle_deg * kPi / 180), kFar_m * std::sin(middle_deg * kPi / 180), middle_deg,
+                 0.002, 2 * kFar_m * half, 0, 2, -2}});
+    if (others) {  // sensor 1 looks to the same place
+      bench.context.sensors[1] = bench.context.sensors[0];
+      bench.frame.sensors[1].present = true;
+    } else {
+      bench.frame.sensors[1].present = false;
+    }
+    bench.run();
+    REQUIRE(bench.frame.gaps[0].count == 1);
+    REQUIRE(bench.frame.detections.count == 1);
+    return double(bench.frame.detections.x_m[0]) - 7;
+  };
+  for (const double side : {-1.0, 1.0}) {
+    CAPTURE(side);
+    CHECK(std::fabs(look(side, 32, 55, false)) < 0.15);  // its rear
+    CHECK(std::fabs(look(side, 10, 27, false)) < 0.15);  // its nose
+    CHECK(look(side, 32, 55, true) > 0.25);
+    CHECK(std::fabs(look(side, 5, 15, false)) < 0.1);  // beside it
+  }
+}
+
 TEST_CASE("pose by view: at the edge of all fields of view, an end that something nearer hides is not the car's") {
   struct Error {
     double x_m, sigma_x_m;

@@ -208,20 +208,44 @@ TEST_CASE("tracker: sectors work across +-pi and for a full turn") {
     ObservedSector sector;
     bool seen;
   };
-  for (const Case c : {Case{{0, 0, 3.5, 2.8, 0, 50}, true},    // behind, left edge beyond +pi
-                       Case{{0, 0, -2.8, -3.5, 0, 50}, true},  // the same, with the right edge beyond -pi
-                       Case{{0, 0, 2.9, -2.9, 0, 50}, false},  // everything except behind
-                       Case{{0, 0, kPi, -kPi, 0, 50}, true},   // a full turn
-                       Case{{0, 0, 9.4, 9.4 - 2 * kPi, 0, 50}, true},
-                       Case{{-20, 0, 0.1, -0.1, 0, 50}, true},  // a sensor at another position, the track ahead of it
-                       Case{{0, 0, overtake::test::kNan, 0, 0, 50}, false}}) {
-    CAPTURE(c.sector.left_rad);
+  for (const Case& c : {Case{{0, 0, 3.5, 2.8, 0, 50}, true},    // behind, left edge beyond +pi
+                        Case{{0, 0, -2.8, -3.5, 0, 50}, true},  // the same, with the right edge beyond -pi
+                        Case{{0, 0, 2.9, -2.9, 0, 50}, false},  // everything except behind
+                        Case{{0, 0, kPi, -kPi, 0, 50}, true},   // a full turn
+                        Case{{0, 0, 9.4, 9.4 - 2 * kPi, 0, 50}, true},
+                        Case{{-20, 0, 0.1, -0.1, 0, 50}, true},  // a sensor at another position, the track ahead of it
+                        Case{{0, 0, overtake::test::kNan, 0, 0, 50}, false}}) {
+    CAPTURE(c.sector.view.left_rad);
     TrackerBench bench;
     for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{-10, 0}});
     bench.frame.sectors = &c.sector;
     bench.frame.sector_count = 1;
     bench.step(0.5, {});
     CHECK(bench.tracks().age[0] == (c.seen ? 11 : 10));
+  }
+}
+
+TEST_CASE("tracker: a gap of a sensor's view is not seen") {
+  struct Case {
+    double gap_left_rad, gap_right_rad;
+    bool seen;
+  };
+  for (const Case c : {Case{0.1, -0.1, false}, Case{0.3, 0.1, true}, Case{-0.1, -0.3, true},
+                       Case{2 * kPi + 0.1, 2 * kPi - 0.1, false}}) {
+    CAPTURE(c.gap_left_rad);
+    ObservedSector sector = {0, 0, 0.78, -0.78, 5, 50};
+    sector.gap_count = 2;
+    sector.gap[0] = {0.7, 0.6};
+    sector.gap[1] = {c.gap_left_rad, c.gap_right_rad};
+    for (const double half_rad : {0.78, kPi}) {
+      sector.view = {half_rad, -half_rad};
+      TrackerBench bench;
+      for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{10, 0}});
+      bench.frame.sectors = &sector;
+      bench.frame.sector_count = 1;
+      bench.step(0.5, {});
+      CHECK(bench.tracker.counts().misses == (c.seen ? 1 : 0));
+    }
   }
 }
 

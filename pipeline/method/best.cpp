@@ -36,6 +36,7 @@ static_assert(is_chain(kSegment, kGivenColumns));
 // Run once per frame, after the segmentation of all its scans.
 constexpr FrameRule kFrame[] = {
     rule::merge_seams,            // 8b  clusters across the seams of two sensors (eq. 4)
+    rule::find_view_gaps,         //     where no row of a sensor has a return
     rule::find_ego_on_map_first,  //     whether this frame may use the map
     rule::locate_clusters,        //     psi_REF and the place on the circuit
     rule::join_shards,            //     clusters of one car

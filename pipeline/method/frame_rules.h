@@ -61,6 +61,13 @@ constexpr FrameRule in_stage(FrameRule rule, int32_t stage) {
   return rule;
 }
 
+// The track stage looks for gaps that last if the method has this rule.
+inline constexpr FrameRule find_view_gaps = {.name = "find_view_gaps",
+                                             .stage = OVT_STAGE_MERGE,
+                                             .reads = columns(pixel_point),
+                                             .params = "",
+                                             .run = &overtake::find_view_gaps};
+
 // In the stage of the rules that place clusters on the circuit, because it runs before them.
 inline constexpr FrameRule find_ego_on_map_first = in_stage(find_ego_on_map, OVT_STAGE_MERGE);
 

@@ -16,13 +16,22 @@
 #include "core/track_table.h"
 #include "pipeline/track/measurement.h"
 #include "pipeline/track/tracker_params.h"
+#include "pipeline/view_gaps.h"
 
 namespace overtake {
 
-// A sector that a sensor of this frame saw, in the tracker's frame of reference.
+// right < left, left - right <= 2 pi
+struct Sector {
+  double left_rad, right_rad;
+};
+
+// What a sensor of this frame saw, in the tracker's frame of reference.
 struct ObservedSector {
-  double x_m, y_m, left_rad, right_rad;  // right < left, left - right <= 2 pi
+  double x_m, y_m;
+  Sector view;
   double range_min_m, range_max_m;
+  int32_t gap_count = 0;  // of the view
+  Sector gap[kMaxViewGaps] = {};
 };
 
 struct TrackerEgo {

@@ -95,14 +95,20 @@ void select_rows(const TrackerParams& params, const TrackerFrame& frame, Iterati
   it.count = count;
 }
 
+bool is_between(const Sector& s, double angle_rad) noexcept {
+  const double width_rad = s.left_rad - s.right_rad;
+  if (width_rad >= kTwoPi - 1e-9) return true;  // rounding may leave a gap in a full turn
+  double right_of_left_rad = wrap_angle(s.left_rad - angle_rad);
+  if (right_of_left_rad < 0.0) right_of_left_rad += kTwoPi;
+  return right_of_left_rad <= width_rad;
+}
+
 bool is_in_sector(const ObservedSector& s, double x_m, double y_m) noexcept {
   const double dx = x_m - s.x_m, dy = y_m - s.y_m, range_m = hypot_f64(dx, dy);
   if (!(range_m >= s.range_min_m && range_m <= s.range_max_m && range_m <= 4.0 * kMaxPlace_m)) return false;
-  const double width_rad = s.left_rad - s.right_rad;
-  if (width_rad >= kTwoPi - 1e-9) return true;  // rounding may leave a gap in a full turn
-  double right_of_left_rad = wrap_angle(s.left_rad - atan2_f64(dy, dx));
-  if (right_of_left_rad < 0.0) right_of_left_rad += kTwoPi;
-  return right_of_left_rad <= width_rad;
+  const double angle_rad = atan2_f64(dy, dx);
+  return is_between(s.view, angle_rad) &&
+         std::none_of(s.gap, s.gap + s.gap_count, [&](const Sector& gap) { return is_between(gap, angle_rad); });
 }
 
 }  // namespace

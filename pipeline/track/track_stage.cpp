@@ -62,6 +62,10 @@ void widen(const TrackerParams& params, double variance, Measurement& z) noexcep
   z.var_y += variance;
 }
 
+bool has_rule(const Method& method, void (*run)(const StageContext&, Frame&) noexcept) noexcept {
+  return std::any_of(method.frame.begin(), method.frame.end(), [&](const FrameRule& rule) { return rule.run == run; });
+}
+
 }  // namespace
 
 TrackStage::TrackStage(const StageContext& context, const TrackerParams& params, const Allocator& allocator)
@@ -69,9 +73,9 @@ TrackStage::TrackStage(const StageContext& context, const TrackerParams& params,
       params_(params),
       lead_ns_(int64_t(params.lead_s * 1e9 + 0.5)),
       tracker_(context.method->make_tracker(params, context.map, allocator)) {
-  const auto& rules = context.method->frame;
-  if (std::any_of(rules.begin(), rules.end(), [](const FrameRule& rule) { return rule.run == &measure_walls; }))
+  if (has_rule(*context.method, &measure_walls))
     heading_ = std::make_unique<HeadingFilter>(context.detect.ego_heading, context.sensor_count, allocator, lead_ns_);
+  if (has_rule(*context.method, &find_view_gaps)) gaps_ = std::make_unique<GapWatch>();
 }
 
 // Finds the correction for this frame, then gives the frame's walls to the filter.
@@ -198,6 +202,13 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
   }
 }
 
+void TrackStage::find_blocked(Frame& frame) noexcept {
+  if (!gaps_ || frame.kind != FrameKind::kScans || frame.failed) return;
+  gaps_->follow(context_.sensors, context_.sensor_count, frame);
+  for (int32_t s = 0; s < context_.sensor_count; ++s)
+    if (frame.blocked[s].count > 0) frame.flags |= OVT_FLAG_VIEW_BLOCKED;
+}
+
 int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const noexcept {
   if (frame.kind == FrameKind::kExternal) return -1;  // field of view unknown: assume everything
   int32_t count = 0;
@@ -215,10 +226,16 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
       ego.to_map(sector.x_m, sector.y_m, double(model.T_vehicle_sensor.t[2]), sector.x_m, sector.y_m);
       yaw = ego.heading_to_map(yaw);
     }
-    sector.left_rad = yaw + double(model.azimuth_left_rad);
-    sector.right_rad = sector.left_rad - span;
+    sector.view.left_rad = yaw + double(model.azimuth_left_rad);
+    sector.view.right_rad = sector.view.left_rad - span;
     sector.range_min_m = double(model.range_min_m);
     sector.range_max_m = double(model.range_max_m);
+    const ViewGaps& blocked = frame.blocked[s];
+    sector.gap_count = blocked.count;
+    for (int32_t i = 0; i < blocked.count; ++i) {
+      const double left_rad = yaw + double(left_of(model, blocked.gap[i]));
+      sector.gap[i] = {left_rad, left_rad - double(width_of(model, blocked.gap[i]))};
+    }
   }
   return count;
 }
@@ -297,6 +314,7 @@ void TrackStage::run(Frame& frame) noexcept {
   if (frame.restart) {
     tracker_->restart();
     if (heading_) heading_->restart();
+    if (gaps_) gaps_->restart();
     newest_ns_ = INT64_MIN;
   }
   if (frame.kind != FrameKind::kPrediction) newest_ns_ = std::max(newest_ns_, frame.stamp_ns);
@@ -305,6 +323,7 @@ void TrackStage::run(Frame& frame) noexcept {
   choose_reference(frame);
   if (frame.views.count > 0) std::fill_n(frame.views.ego_offset_rad, frame.views.count, 0.0f);
   correct_heading(frame);
+  find_blocked(frame);
   StepResult result;
   if (may_measure(frame))
     result = step(frame);

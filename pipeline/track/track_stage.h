@@ -27,6 +27,7 @@
 
 #include "pipeline/frame.h"
 #include "pipeline/track/frame_tracker.h"
+#include "pipeline/track/gap_watch.h"
 #include "pipeline/track/heading_filter.h"
 
 namespace overtake {
@@ -38,9 +39,9 @@ class TrackStage {
   // Throws std::bad_alloc when the allocator has no memory.
   TrackStage(const StageContext& context, const TrackerParams& params,
              const Allocator& allocator = default_allocator());
-  //   reads  detections or external, ego, walls   writes  measurements, views.ego_offset_rad, tracks, track_states,
-  //   detections.heading_rad of psi_REF, reference, ego_known, ego_state, ego_heading, tracks_ns, refiltered,
-  //   lost_rows, values_ignored, flags
+  //   reads  detections or external, ego, walls, gaps   writes  measurements, views.ego_offset_rad, tracks,
+  //   track_states, detections.heading_rad of psi_REF, reference, ego_known, ego_state, ego_heading, blocked,
+  //   tracks_ns, refiltered, lost_rows, values_ignored, flags
   void run(Frame& frame) noexcept;
   FrameTracker& tracker() noexcept { return *tracker_; }
 
@@ -52,6 +53,7 @@ class TrackStage {
   void measure_external(Frame& frame) const noexcept;
   // Deviation of the corrected heading of a sensor, or of kMean, in the frame under way.
   double heading_sigma(int32_t sensor) const noexcept;
+  void find_blocked(Frame& frame) noexcept;
   int32_t observe(const Frame& frame, ObservedSector* sectors) const noexcept;
   StepResult step(Frame& frame) noexcept;
   void predict(Frame& frame) noexcept;
@@ -61,6 +63,7 @@ class TrackStage {
   const int64_t lead_ns_;  // pushed detections may be ahead of scans by this much
   std::unique_ptr<FrameTracker> tracker_;
   std::unique_ptr<HeadingFilter> heading_;  // null: the method measures no walls
+  std::unique_ptr<GapWatch> gaps_;          // null: the method finds no gaps
   EgoWindow corrected_;                     // of the frame under way: poses with corrected headings, without constants
   HeadingFilter::State learned_{};          // of the frame under way
   HeadingCause cause_{};                    // of the frame under way

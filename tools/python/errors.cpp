@@ -86,7 +86,8 @@ void add_enums(py::module_& module) {
                          {"EGO_HEADING", OVT_FLAG_EGO_HEADING},
                          {"SCAN_INCOMPLETE", OVT_FLAG_SCAN_INCOMPLETE},
                          {"NO_GROUND", OVT_FLAG_NO_GROUND},
-                         {"EGO_JUMP", OVT_FLAG_EGO_JUMP}})
+                         {"EGO_JUMP", OVT_FLAG_EGO_JUMP},
+                         {"VIEW_BLOCKED", OVT_FLAG_VIEW_BLOCKED}})
                    .release()
                    .ptr();
   new_enum(module, "IntFlag", "TrackFlag", "Bits of Tracks.flags.",

@@ -287,9 +287,20 @@ void merge_echoes(std::vector<Contribution>& list) {
   list.resize(kept);
 }
 
+// Whether dirt on the window stops a beam of this azimuth.
+bool is_stopped(const ScanJob& job, const SinCos& azimuth) {
+  return std::any_of(job.dirt.begin(), job.dirt.end(), [&](const Dirt& dirt) {
+    const double cos = azimuth.cos * std::cos(dirt.azimuth_rad) + azimuth.sin * std::sin(dirt.azimuth_rad);
+    return dirt.sensor == job.sensor && job.begin_s >= dirt.from_s && job.begin_s < dirt.to_s &&
+           cos > std::cos(dirt.width_rad / 2);
+  });
+}
+
 void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t beam, std::vector<Contribution>& echoes,
           Random& dice, Scan& out) {
   const SensorErrors& errors = *work.job->errors;
+  const SinCos a = work.azimuth[std::size_t(beam)], e = line.elevation[std::size_t(beam)];
+  if (is_stopped(*work.job, a)) return;
   struct Found {
     Contribution echo;
     double signal, mean;
@@ -316,7 +327,6 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
     if (found[1].signal > found[0].signal) found[0] = found[1];
     count = 1;
   }
-  const SinCos a = work.azimuth[std::size_t(beam)], e = line.elevation[std::size_t(beam)];
   const double late = (double(number) + kSweepShare * (beam + 0.5) / kBeams) / work.job->pattern->lines_per_s;
   for (int32_t i = 0; i < count; ++i) {
     const double range = found[i].echo.range_m + errors.range_noise_m * dice.normal();

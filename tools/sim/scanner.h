@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "tools/sim/rain.h"
@@ -16,9 +17,6 @@
 #include "tools/sim/world.h"
 
 namespace overtake::sim {
-
-inline constexpr int32_t kSensors = 3;
-inline constexpr const char* kSensorName[kSensors] = {"front", "left", "right"};
 
 // One scan: columns of the same length, acquisition order, frame of the sensor at the time of each point.
 struct Scan {
@@ -50,6 +48,7 @@ struct ScanJob {
   Mounting mounting;
   Heads heads;
   const OwnCarMask* own_car;
+  std::span<const Dirt> dirt;  // of all sensors and times
   double begin_s;
   int32_t sensor;
   Random random;  // for this sensor and scan

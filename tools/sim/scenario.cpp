@@ -204,6 +204,18 @@ Reflectors read_reflectors(TomlReader& toml) {
   return row;
 }
 
+Dirt read_dirt(TomlReader& toml) {
+  Dirt dirt{};
+  const std::string sensor = toml.text("sensor");
+  dirt.sensor = int32_t(std::find(kSensorName, kSensorName + kSensors, sensor) - kSensorName);
+  if (dirt.sensor == kSensors) toml.fail(toml.line_of("sensor"), "sensor is front, left or right");
+  dirt.azimuth_rad = toml.number("azimuth_deg", -180, 180) * kDegree;
+  dirt.width_rad = toml.number("width_deg", 0.01, 180) * kDegree;
+  dirt.from_s = toml.number_or("from_s", 0, 36000, 0), dirt.to_s = toml.number_or("to_s", 0, 36000, 36000);
+  toml.finish();
+  return dirt;
+}
+
 void read_overtakes(Scenario& scenario, TomlReader& toml) {
   std::vector<Overtake> list;
   for (const toml::table* table : toml.tables("overtake")) {
@@ -298,6 +310,7 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
   read_overtakes(scenario, toml);
   for_each("smoke", [&](TomlReader& reader) { scenario.puffs.push_back(read_puffs(scenario, reader)); });
   for_each("debris", [&](TomlReader& reader) { scenario.debris.push_back(read_debris(reader)); });
+  for_each("dirt", [&](TomlReader& reader) { scenario.dirt.push_back(read_dirt(reader)); });
   for_each("reflector", [&](TomlReader& reader) { scenario.reflectors.push_back(read_reflectors(reader)); });
   toml.finish();
   return scenario;

@@ -53,6 +53,14 @@ struct Reflectors {  // plates on posts, facing the oncoming cars
   double every_m;
 };
 
+inline constexpr int32_t kSensors = 3;
+inline constexpr const char* kSensorName[kSensors] = {"front", "left", "right"};
+
+struct Dirt {  // on the window of a sensor: no beam in this sector returns
+  int32_t sensor;
+  double azimuth_rad, width_rad, from_s, to_s;
+};
+
 struct Scenario {
   std::string name, track = "oval", ego = "ego";
   double seconds = 20;
@@ -68,6 +76,7 @@ struct Scenario {
   Rain rain;
   std::vector<Debris> debris;
   std::vector<Reflectors> reflectors;
+  std::vector<Dirt> dirt;
   Verge verge;
   bool without_map = false, without_poses = false;  // the log does not hold them
 

@@ -74,7 +74,7 @@ SimFrame Simulator::frame(int32_t index) {
     const double off = scenario_.errors.clock_jitter_s * clamp(clock.normal(), -4, 4);
     frame.stamp_ns[s] = std::max<int64_t>(0, frame.begin_ns + int64_t(std::floor(off * 1e9 + 0.5)));
     jobs.push_back({world_.get(), &scenario_.pattern_at(begin), &scenario_.errors, &scenario_.rain, mounting_[s],
-                    heads_[s], &own_car_[s], begin, s,
+                    heads_[s], &own_car_[s], scenario_.dirt, begin, s,
                     random_.branch(kScanStream).branch(uint64_t(index)).branch(uint64_t(s))});
   }
   frame.scans = take_scans(jobs, *workers_);

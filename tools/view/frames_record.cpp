@@ -39,7 +39,8 @@ constexpr FlagName kFlagNames[] = {{OVT_FLAG_NO_EGO, "no_ego"},
                                    {OVT_FLAG_EGO_HEADING, "ego_heading"},
                                    {OVT_FLAG_SCAN_INCOMPLETE, "scan_incomplete"},
                                    {OVT_FLAG_NO_GROUND, "no_ground"},
-                                   {OVT_FLAG_EGO_JUMP, "ego_jump"}};
+                                   {OVT_FLAG_EGO_JUMP, "ego_jump"},
+                                   {OVT_FLAG_VIEW_BLOCKED, "view_blocked"}};
 
 // Whole microseconds from 100 us on, else one decimal: short, and never off by more than half a percent or 0.05 us.
 Json short_us(double us) {

@@ -78,6 +78,7 @@ class Flag(enum.IntFlag):
     SCAN_INCOMPLETE = 262144
     NO_GROUND = 524288
     EGO_JUMP = 1048576
+    VIEW_BLOCKED = 2097152
 # end
 
 # generated: TrackFlag
@@ -537,6 +538,18 @@ class Frame:
     @property
     def incomplete_mask(self) -> int:
         """bit s: the scan of sensor s is incomplete"""
+    @property
+    def blocked_mask(self) -> int:
+        """bit s: a part of the view of sensor s is blocked"""
+    @property
+    def blocked_rad(self) -> float:
+        """widest part of a view that is blocked"""
+    @property
+    def blocked_left_rad(self) -> float:
+        """its left edge, an azimuth of the sensor"""
+    @property
+    def blocked_sensor(self) -> int:
+        """its sensor"""
     @property
     def number(self) -> int:
         """Number of the frame in its recording; of a detector's frame: sequence."""

@@ -15,7 +15,7 @@ export const kFlags: [number, string][] = [
       [2048, "out of sequence"],
   [4096, "prediction"], [8192, "exception"], [16384, "ego off map"], [32768, "work limit"], [65536, "clock suspect"],
   [131072, "ego heading unknown"], [262144, "scan incomplete"],
-  [524288, "no ground"], [1048576, "ego pose jumped"]];
+  [524288, "no ground"], [1048576, "ego pose jumped"], [2097152, "view blocked"]];
 export const flagNames = (flags: number): string[] =>
     kFlags.filter(([bit]) => Math.floor(flags / bit) % 2 === 1).map(([, name]) => name);
 
