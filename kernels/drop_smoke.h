@@ -33,8 +33,8 @@ struct GroundLight {
 };
 
 // Of at most kGroundSamples ground pixels that are spread over the image. They are signals if the ground is darker the
-// farther away it is, by more than the 1.5th power of the range; recorded reflectivities of a road change with its power
-// of 0.3 to -0.8.
+// farther away it is, by more than the 1.5th power of the range; recorded reflectivities of a road change with its
+// power of 0.3 to -0.8.
 inline constexpr int32_t kGroundSamples = 512;
 GroundLight find_ground_light(const ScanTable& scan, Plane<const int32_t> pixel_point,
                               ConstBitPlane nonground) noexcept;
@@ -43,10 +43,11 @@ GroundLight find_ground_light(const ScanTable& scan, const int32_t* labels) noex
 
 // Returns of smoke are dark, and their ranges jump from pixel to pixel in every direction. One of the two alone is
 // common on cars (black parts, edges); a place where half of the pixels show both is smoke.
-//   reads    scan x_m y_m z_m intensity; points pixel (where pixel_point has the point); range_filled_m pixel_point nonground
+//   reads    scan x_m y_m z_m intensity; points pixel (where pixel_point has the point); range_filled_m pixel_point
+//            nonground
 //   writes   smoke, every word; takes these pixels out of nonground
-//   rules    - dark: below dark_share of the ground's light (GroundLight); also a filled gap that is non-ground. Low smoke
-//              is ground for running_ground: here such pixels count, too
+//   rules    - dark: below dark_share of the ground's light (GroundLight); also a filled gap that is non-ground. Low
+//              smoke is ground for running_ground: here such pixels count, too
 //            - neighbours: the pixels of a window (which ends at the edges of the image) within reach_m, if they are
 //              non-ground or dark
 //            - rough: dark, and at most near_share of its neighbours are on one surface with it

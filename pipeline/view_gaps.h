@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Parts of a sensor's view in which no row has a return: dirt or tape on its window, a part of the own car, a driver that
-// crops the view. The road returns in every column, so the scene leaves no gap of several degrees.
+// Parts of a sensor's view in which no row has a return: dirt or tape on its window, a part of the own car, a driver
+// that crops the view. The road returns in every column, so the scene leaves no gap of several degrees.
 #pragma once
 
 #include <cstdint>
