@@ -178,7 +178,7 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
     const bool known = k < frame_->surface.size();
     if (known && std::size_t(labels.count) != frame_->surface[k].size())
       throw std::runtime_error("labels and truth differ in length");
-    const Mounting mounting(log_.rig().sensors[std::size_t(sensor)]);
+    const io::Mounting mounting(log_.rig().sensors[std::size_t(sensor)]);
     double tp = 0, fp = 0, fn = 0, tn = 0, none = 0;
     std::map<std::pair<int32_t, int32_t>, std::pair<double, double>> found;  // (car, 10 m) -> points, found
     for (int32_t i = 0; i < labels.count; ++i) {
@@ -291,7 +291,7 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
       along = ce * ex + se * ey, across = ce * ey - se * ex;
       ++detected_[car.car];
       const double cc = std::cos(car.heading_rad), sc = std::sin(car.heading_rad);
-      const Rotation axes = axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad);
+      const io::Rotation axes = io::axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad);
       tables_["centres"].add(
           {frame_number_, double(car.car), cc * ex + sc * ey, cc * ey - sc * ex, square_of(d, i, axes, ex, ey)});
     }
@@ -309,7 +309,7 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
     tables_["innovations"].add(
         {frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car), metrics::normalized_square(innovation, s, 2)});
     if (!d.var_x || !ego) continue;
-    const auto r = covariance_in_map(d, i, axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad));
+    const auto r = covariance_in_map(d, i, io::axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad));
     const double own[3] = {p.xx + r[0], p.xy + r[1], p.yy + r[2]};
     tables_["innovations_own"].add({frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car),
                                     metrics::normalized_square(innovation, own, 2)});
