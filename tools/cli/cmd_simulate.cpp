@@ -109,10 +109,7 @@ void add_simulate_options(CLI::App& command, SimulateOptions& options) {
       ->check(CLI::Range(0, 256));
   add_force_option(command, options.force);
   add_quiet_option(command, options.quiet);
-  command
-      .add_option("--progress", options.progress_s,
-                  "interval in seconds of progress lines instead of the bar, also with --quiet")
-      ->check(in_range(0.0, 36000.0));
+  add_progress_option(command, options.progress_s);
 }
 
 }  // namespace
