@@ -15,6 +15,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -26,6 +27,7 @@
 #include "tests/support/temp_folder.h"
 #include "tools/client/result_files.h"
 #include "tools/io/csv.h"
+#include "tools/io/text.h"
 #include "tools/view/mcap_numbers.h"
 
 namespace overtake {
@@ -471,6 +473,26 @@ TEST_CASE("columns: numbers that were read back from tracks.csv are the bits tha
     CHECK(csv.text(i, csv.need({"class"})) == (i == 1 ? "car" : "unknown"));
     CHECK(csv.text(i, csv.need({"visibility"})) == (i == 1 ? "missed" : "seen"));
   }
+}
+
+TEST_CASE("columns: overtake.h, stats.def and the page of overtake view have the same flags of a frame") {
+  std::vector<std::string> in_header, in_page, flags, bits;
+#define OVT_FRAME_FLAG(name)                                                  \
+  flags.push_back("OVT_FLAG_" #name " = " + std::to_string(OVT_FLAG_##name)); \
+  bits.push_back(std::to_string(OVT_FLAG_##name));
+#include "pipeline/stats.def"
+  const auto find_all = [](const std::string& text, const char* pattern, int group, std::vector<std::string>& found) {
+    const std::regex regex(pattern);
+    for (std::sregex_iterator at(text.begin(), text.end(), regex), end; at != end; ++at)
+      found.push_back(at->str(group));
+  };
+  find_all(io::read_whole_file("pipeline/overtake.h"), R"(\bOVT_FLAG_\w+ = \d+)", 0, in_header);
+  const std::string page = io::read_whole_file("tools/view/web/src/timeline.ts");
+  const std::size_t begin = page.find("const kFlags"), end = page.find("]];", begin);
+  REQUIRE(end != std::string::npos);
+  find_all(page.substr(begin, end - begin), R"(\[(\d+), ")", 1, in_page);
+  CHECK(io::join(in_header, "\n") == io::join(flags, "\n"));
+  CHECK(io::join(in_page, " ") == io::join(bits, " "));
 }
 
 }  // namespace

@@ -197,7 +197,7 @@ TEST_CASE("columns that a method leaves out: the height of the road, the class, 
   d.ego_offset_rad = offsets;
   CHECK(corrected(pose, info, d, 1).yaw_rad == 0.0);
   d.z_m = z;
-  const Rotation level = axes_of(0, 0, M_PI / 2), banked = axes_of(M_PI / 3, 0, 0);
+  const io::Rotation level = io::axes_of(0, 0, M_PI / 2), banked = io::axes_of(M_PI / 3, 0, 0);
   CHECK(height_of(d, 0) == 0.5);
   CHECK(!is_debris(d, 0));
   const int32_t parked = int32_t(sim::Surface::parked_vehicle), thing = int32_t(sim::Surface::debris);

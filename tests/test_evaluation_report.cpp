@@ -49,13 +49,6 @@ void simulate(const std::string& scenario_name, double seconds, const std::strin
 
 }  // namespace
 
-TEST_CASE("base64: the test vectors of RFC 4648") {
-  const char* plain[] = {"", "f", "fo", "foo", "foob", "fooba", "foobar"};
-  const char* encoded[] = {"", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy"};
-  for (int32_t k = 0; k < 7; ++k) CHECK(encode_base64(plain[k]) == encoded[k]);
-  CHECK(encode_base64("\xff\xfe\xfd") == "//79");
-}
-
 TEST_CASE("svg: numbers are short, a tick has the digits of its step") {
   CHECK(svg_number(1.5) == "1.5");
   CHECK(svg_number(-0.001) == "0");

@@ -335,6 +335,10 @@ mkdir -p some/slurm bin
 echo 'cores: 1' >some/slurm/config.yaml
 stops "--profile: some/slurm must be an absolute path" snakemake --snakefile "$snakefile" --configfile sweep.yaml --profile some/slurm --directory bad
 "$evaluation/sweep" --configfile sweep.yaml --profile some/slurm --directory keep --dry-run >"$work/log" 2>&1 || fail "a relative profile: $(cat "$work/log")"
+mkdir shown
+printf 'cores: 1\ndry-run: true\n' >some/slurm/config.yaml
+expect "a profile with dry-run" "$evaluation/sweep" --configfile sweep.yaml --profile some/slurm --directory shown
+[[ -z $(ls -A shown) ]] || fail "a profile with dry-run fills a new folder: $(ls -A shown)"
 ln -s "$(command -v snakemake)" "$(command -v env)" "$(command -v bash)" bin/
 ln -s "$(python3 -c 'import sys; print(sys.executable)')" bin/python3
 slurm=(env PATH="$work/bin" "$evaluation/sweep" --configfile sweep.yaml --directory bad --profile "$evaluation/profiles/slurm")

@@ -235,10 +235,10 @@ TEST_CASE("consistency: the share of single NEES and NIS values within their 95 
 TEST_CASE("consistency: the covariance of a detection turns with the vehicle into the map") {
   const float xx[] = {4}, yy[] = {1}, xy[] = {0.5f};
   ovt_detections d{};
-  CHECK(std::isnan(covariance_in_map(d, 0, axes_of(0, 0, 0))[0]));
+  CHECK(std::isnan(covariance_in_map(d, 0, io::axes_of(0, 0, 0))[0]));
   d.var_x = xx, d.var_y = yy, d.cov_xy = xy;
   const auto check = [&](double roll, double yaw, std::array<double, 3> expected) {
-    const auto found = covariance_in_map(d, 0, axes_of(roll, 0, yaw));
+    const auto found = covariance_in_map(d, 0, io::axes_of(roll, 0, yaw));
     for (std::size_t k = 0; k < 3; ++k) CHECK(found[k] == Approx(expected[k]));
   };
   check(0, 0, {4, 0.5, 1});

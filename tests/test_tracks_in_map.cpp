@@ -86,7 +86,7 @@ TEST_CASE("tracks in map: a track that is at no car has the height of the vehicl
   Relative seen(cars);
   seen.x_m = -20, seen.y_m = 5;
   const Taken t = take(cars, seen);
-  const Rotation axes = axes_of(cars[0].roll_rad, cars[0].pitch_rad, cars[0].heading_rad);
+  const auto axes = overtake::io::axes_of(cars[0].roll_rad, cars[0].pitch_rad, cars[0].heading_rad);
   CHECK(t.x_m == Approx(300 - 20 * axes[0][0] + 5 * axes[1][0]));
   CHECK(t.y_m == Approx(-40 - 20 * axes[0][1] + 5 * axes[1][1]));
 }

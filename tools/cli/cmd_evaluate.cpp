@@ -170,10 +170,7 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
                    "instead: tries parameters of the grid and of the automatic labels (tuning.csv)");
   command.add_flag("--scaling", options.scaling, "also: time against sensors and workers (scaling.json)");
   add_quiet_option(command, options.quiet);
-  command
-      .add_option("--progress", options.progress_s,
-                  "interval in seconds of progress lines instead of the bar, also with --quiet")
-      ->check(in_range(0.0, 36000.0));
+  add_progress_option(command, options.progress_s);
   add_force_option(command, options.force);
   command.add_flag("--check", options.check, "only: whether --preset and --sweep can be run; needs no log");
 }

@@ -8,8 +8,8 @@
 #include "tools/cli/command_options.h"
 #include "tools/client/console.h"
 #include "tools/evaluation/baselines/label_ground.h"
-#include "tools/evaluation/places.h"
 #include "tools/io/error.h"
+#include "tools/io/mounting.h"
 #include "tools/io/npy.h"
 #include "tools/io/output.h"
 #include "tools/io/scan_stream.h"
@@ -29,10 +29,10 @@ constexpr const char* kLabelsEnding = "_labels.npy";
 
 std::vector<uint8_t> label_scan(const io::SensorScan& scan, const io::RigSensor& sensor,
                                 const baselines::LabelGroundParams& params) {
-  const evaluation::Mounting mounting(sensor);
+  const io::Mounting mounting(sensor);
   std::vector<float> x, y, z;
   for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
-    const auto at = mounting.to_vehicle(float(scan.x.value(i)), float(scan.y.value(i)), float(scan.z.value(i)));
+    const auto at = mounting.to_vehicle(scan.x.value(i), scan.y.value(i), scan.z.value(i));
     x.push_back(float(at[0])), y.push_back(float(at[1])), z.push_back(float(at[2]));
   }
   const std::vector<bool> nonground = baselines::label_nonground(x, y, z, params);

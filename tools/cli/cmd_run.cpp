@@ -284,15 +284,28 @@ void print_result(const RunOptions& options, const Config& config, const Session
   if (sinks.truth) std::printf("\n%s", sinks.truth->format().c_str());
 }
 
-int run(const RunOptions& options) {
-  Config config = load_config_with_rig(options);
+void check_options(const RunOptions& options) {
   if (!options.mcap_images.empty() && options.mcap.empty())
     throw io::Error("--mcap-images " + options.mcap_images, 0, "has no effect without --mcap");
-  // Only the view shows images.
   if (!options.allow_origins.empty() && options.live < 0)
     throw io::Error("--allow-origin " + options.allow_origins[0], 0, "has no effect without --live");
   if (options.live_clients > 0 && options.live < 0)
     throw io::Error("--live-clients " + std::to_string(options.live_clients), 0, "has no effect without --live");
+}
+
+// Gives the clients a second for the frames that they have not read yet.
+void close_live(const RunOptions& options, Live& live) {
+  live.view.drain(std::chrono::seconds(1));
+  const auto counts = live.view.counts();
+  if (!options.quiet)
+    std::printf("note: live: %s, %s sent, %lld not sent to slow ones\n", io::counted(counts.clients, "client").c_str(),
+                io::counted(counts.sent, "frame").c_str(), static_cast<long long>(counts.dropped));
+}
+
+int run(const RunOptions& options) {
+  Config config = load_config_with_rig(options);
+  check_options(options);
+  // Only the view shows images.
   config.keep_images = options.live >= 0 || (!options.mcap.empty() && images_of(options) != McapImages::kNone);
   config.in_pieces = options.stream;
   io::OutputGuard guard(options.force);
@@ -350,14 +363,7 @@ int run(const RunOptions& options) {
     guard.keep();
   }
   if (!options.quiet) print_result(options, config, session, sinks, lines, {stream->note(), frames.note()});
-  if (live) {
-    live->view.drain(std::chrono::seconds(1));
-    const auto counts = live->view.counts();
-    if (!options.quiet)
-      std::printf("note: live: %s, %s sent, %lld not sent to slow ones\n",
-                  io::counted(counts.clients, "client").c_str(), io::counted(counts.sent, "frame").c_str(),
-                  static_cast<long long>(counts.dropped));
-  }
+  if (live) close_live(options, *live);
   const std::vector<std::string> faults = find_faults(config, *stream, session, sinks.counts);
   for (const std::string& fault : faults) std::fprintf(stderr, "overtake: %s\n", printable(fault).c_str());
   if (stopped) {

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <future>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 #include "tools/cli/cmd_simulate.h"
@@ -27,20 +26,8 @@ int simulate(const SimulateOptions& options) {
   const bool is_mcap = sim::is_mcap_name(options.out, "--out " + options.out);
   io::OutputGuard guard(options.force);
   if (!sim::is_builtin_scenario(options.scenario)) guard.add_input(options.scenario);
-  sim::Scenario scenario = sim::load_scenario(options.scenario);
-  if (!options.ego.empty()) {
-    if (scenario.find_car(options.ego) < 0)
-      throw io::Error(options.scenario, 0, "no car is named '" + options.ego + "'");
-    scenario.ego = options.ego;
-  }
-  if (!options.pattern.empty())
-    for (sim::PatternChange& change : scenario.patterns) change.pattern.kind = sim::pattern_kind(options.pattern);
-  std::unique_ptr<sim::Simulator> simulator;
-  try {
-    simulator = std::make_unique<sim::Simulator>(scenario, options.seed, options.seconds, options.workers);
-  } catch (const std::invalid_argument& error) {
-    throw io::Error(options.scenario, 0, error.what());
-  }
+  const auto simulator = sim::make_simulator(options.scenario, options.ego, options.pattern, options.seed,
+                                             options.seconds, options.workers);
   if (!options.pictures.empty()) {
     const double at = options.picture_at >= 0 ? options.picture_at : simulator->seconds() / 2;
     if (at > simulator->seconds())
@@ -59,7 +46,8 @@ int simulate(const SimulateOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   Progress progress(simulator->frame_count(), options.quiet);
   if (options.progress_s >= 0)
-    progress.print_lines(scenario.name + " seed " + std::to_string(options.seed) + ": simulated", options.progress_s);
+    progress.print_lines(simulator->scenario().name + " seed " + std::to_string(options.seed) + ": simulated",
+                         options.progress_s);
   int64_t points = 0, beams = 0, split = 0;
   int32_t done = 0;
   std::future<void> writing;
@@ -86,16 +74,14 @@ int simulate(const SimulateOptions& options) {
                          : (options.out + ", its names end in " + io::kPartSuffix).c_str());
     return kInterrupted;
   }
-  if (!is_mcap)  // of another race: scans of a longer or an interrupted one, map and poses that this one lacks
-    for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard.remove_leftovers(options.out, "", ending);
   guard.commit();
   if (options.quiet) return 0;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const double share = 100.0 * double(split) / double(beams > 0 ? beams : 1);
   std::printf("%s, seed %llu: %s (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %s\n",
-              scenario.name.c_str(), static_cast<unsigned long long>(options.seed), io::counted(done, "frame").c_str(),
-              simulator->seconds(), static_cast<long long>(points), static_cast<long long>(beams), share, took,
-              io::counted(simulator->worker_count(), "worker").c_str());
+              simulator->scenario().name.c_str(), static_cast<unsigned long long>(options.seed),
+              io::counted(done, "frame").c_str(), simulator->seconds(), static_cast<long long>(points),
+              static_cast<long long>(beams), share, took, io::counted(simulator->worker_count(), "worker").c_str());
   std::printf("%s\n", options.out.c_str());
   return 0;
 }
@@ -123,10 +109,7 @@ void add_simulate_options(CLI::App& command, SimulateOptions& options) {
       ->check(CLI::Range(0, 256));
   add_force_option(command, options.force);
   add_quiet_option(command, options.quiet);
-  command
-      .add_option("--progress", options.progress_s,
-                  "interval in seconds of progress lines instead of the bar, also with --quiet")
-      ->check(in_range(0.0, 36000.0));
+  add_progress_option(command, options.progress_s);
 }
 
 }  // namespace

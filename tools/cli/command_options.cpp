@@ -59,6 +59,13 @@ void add_force_option(CLI::App& command, bool& force) {
 
 void add_quiet_option(CLI::App& command, bool& quiet) { command.add_flag("--quiet", quiet, "print errors only"); }
 
+void add_progress_option(CLI::App& command, double& interval_s) {
+  command
+      .add_option("--progress", interval_s,
+                  "interval in seconds of progress lines instead of the bar, also with --quiet")
+      ->check(in_range(0.0, 36000.0));
+}
+
 void add_json_option(CLI::App& command, bool& json) {
   command.add_flag("--json", json, "one JSON object instead of text (its keys: tools/README.md)");
 }

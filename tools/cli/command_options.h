@@ -26,6 +26,7 @@ void add_detector_options(CLI::App& command, Options& options);
 // --force, for each command that writes files (tools/io/output.h).
 void add_force_option(CLI::App& command, bool& force);
 void add_quiet_option(CLI::App& command, bool& quiet);
+void add_progress_option(CLI::App& command, double& interval_s);
 void add_json_option(CLI::App& command, bool& json);
 // A number within the limits; CLI::Range takes NaN as such a one, too.
 CLI::Validator in_range(double low, double high);

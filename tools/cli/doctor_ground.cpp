@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tools/cli/doctor.h"
-#include "tools/io/angles.h"
+#include "tools/io/mounting.h"
 
 namespace overtake::cli {
 namespace {
@@ -14,31 +14,18 @@ struct Point {
   double x, y, z;
 };
 
-using Matrix = std::array<std::array<double, 3>, 3>;
-
-Matrix rotation(const io::RigSensor& s) {
-  const double cr = std::cos(io::rad(s.roll_deg)), sr = std::sin(io::rad(s.roll_deg));
-  const double cp = std::cos(io::rad(s.pitch_deg)), sp = std::sin(io::rad(s.pitch_deg));
-  const double cy = std::cos(io::rad(s.yaw_deg)), sy = std::sin(io::rad(s.yaw_deg));
-  return {{{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr},
-           {sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr},
-           {-sp, cp * sr, cp * cr}}};
-}
-
 // Points in the vehicle frame, 3 to 30 m away from the sensor, in the vehicle's lane: a banked road is level to the
 // vehicle there and bends beside it. Leaves out points far above the sensor, because the rig's height may be wrong.
 std::vector<Point> low_points(const io::SensorScan& scan, const io::RigSensor& sensor) {
   constexpr double kLane = 4;
-  const Matrix r = rotation(sensor);
+  const io::Mounting mounting(sensor);
   std::vector<Point> points;
   for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
     const double x = scan.x.value(i), y = scan.y.value(i), z = scan.z.value(i);
     const double range = std::hypot(x, y);
     if (!(range > 3 && range < 30) || !std::isfinite(z)) continue;
-    const Point p = {r[0][0] * x + r[0][1] * y + r[0][2] * z + sensor.x_m,
-                     r[1][0] * x + r[1][1] * y + r[1][2] * z + sensor.y_m,
-                     r[2][0] * x + r[2][1] * y + r[2][2] * z + sensor.z_m};
-    if (p.z < sensor.z_m + 1 && std::fabs(p.y) < kLane) points.push_back(p);
+    const auto [ahead, left, up] = mounting.to_vehicle(x, y, z);
+    if (up < sensor.z_m + 1 && std::fabs(left) < kLane) points.push_back({ahead, left, up});
   }
   return points;
 }

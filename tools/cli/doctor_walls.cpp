@@ -1,12 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/doctor_walls.h"
-#include "tools/io/angles.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
+
+#include "tools/io/angles.h"
+#include "tools/io/mounting.h"
 
 namespace overtake::cli {
 namespace {
@@ -32,13 +34,14 @@ void WallDirections::add(const io::SensorScan& scan, const io::RigSensor& sensor
   struct Point {
     double azimuth, x, y;
   };
-  const double cr = std::cos(io::rad(sensor.roll_deg)), sr = std::sin(io::rad(sensor.roll_deg));
-  const double cp = std::cos(io::rad(sensor.pitch_deg)), sp = std::sin(io::rad(sensor.pitch_deg));
+  io::RigSensor without_yaw = sensor;
+  without_yaw.x_m = without_yaw.y_m = without_yaw.yaw_deg = 0;
+  const io::Mounting level(without_yaw);
   std::map<double, std::vector<Point>> lines;
   for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
     const double x = scan.x.value(i), y = scan.y.value(i), z = scan.z.value(i), layer = scan.layer.value(i);
-    const double level_x = cp * x + sp * sr * y + sp * cr * z, level_y = cr * y - sr * z;  // without yaw
-    const double up = sensor.z_m - sp * x + cp * sr * y + cp * cr * z, range = std::hypot(level_x, level_y);
+    const auto [level_x, level_y, up] = level.to_vehicle(x, y, z);
+    const double range = std::hypot(level_x, level_y);
     if (!(range > 2 && range < kFarthest_m && up > kLowest_m && up < kHighest_m) || std::isnan(layer)) continue;
     lines[layer].push_back({std::atan2(level_y, level_x), level_x, level_y});
   }

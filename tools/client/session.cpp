@@ -15,11 +15,32 @@
 namespace overtake::cli {
 namespace {
 
-ovt_column to_column(const io::CloudColumn& column) {
+ovt_column to_column(const void* data, std::size_t bytes, std::size_t stride, io::ValueType type) {
   static constexpr int32_t kType[] = {OVT_F32, OVT_F64, OVT_I8,  OVT_U8,   OVT_I16,
                                       OVT_U16, OVT_I32, OVT_U32, OVT_NONE, OVT_NONE};
-  if (column.bytes.empty()) return {nullptr, 0, 0, OVT_NONE};
-  return {column.data(), column.bytes.size(), io::size_of(column.type), kType[std::size_t(column.type)]};
+  if (!data) return {nullptr, 0, 0, OVT_NONE};
+  return {data, bytes, stride, kType[std::size_t(type)]};
+}
+ovt_column to_column(const io::CloudColumn& column) {
+  return to_column(column.bytes.empty() ? nullptr : column.data(), column.bytes.size(), io::size_of(column.type),
+                   column.type);
+}
+ovt_column to_column(const io::ColumnView& view) { return to_column(view.data, view.bytes, view.stride, view.type); }
+
+// All columns but the time.
+template <class Scan>
+ovt_points points_without_time(const Scan& scan, int32_t sensor) {
+  ovt_points points = ovt_default_points();
+  points.sensor = sensor;
+  points.count = scan.count;
+  points.stamp_ns = scan.stamp_ns;
+  points.x = to_column(scan.x);
+  points.y = to_column(scan.y);
+  points.z = to_column(scan.z);
+  points.layer = to_column(scan.layer);
+  points.intensity = to_column(scan.intensity);
+  points.time_unit_ns = 1;
+  return points;
 }
 
 }  // namespace
@@ -67,21 +88,17 @@ ovt_map_def to_map_def(const io::MapData& map) {
 }
 
 ovt_points to_points(const io::SensorScan& scan) {
-  ovt_points points;
-  ovt_points_init(&points, sizeof points);
-  points.sensor = scan.sensor;
-  points.count = scan.count;
-  points.stamp_ns = scan.stamp_ns;
-  points.x = to_column(scan.x);
-  points.y = to_column(scan.y);
-  points.z = to_column(scan.z);
-  points.layer = to_column(scan.layer);
+  ovt_points points = points_without_time(scan, scan.sensor);
   if (scan.count == 0)  // an empty scan is a scan: the columns that each one needs have a type, and no values
     for (ovt_column* column : {&points.x, &points.y, &points.z, &points.layer}) *column = {nullptr, 0, 4, OVT_F32};
-  points.intensity = to_column(scan.intensity);
   if (!scan.time_offset_ns.empty())
     points.time = {scan.time_offset_ns.data(), scan.time_offset_ns.size() * 4, 4, OVT_I32};
-  points.time_unit_ns = 1;
+  return points;
+}
+
+ovt_points to_points(const io::CloudView& cloud, int32_t sensor) {
+  ovt_points points = points_without_time(cloud, sensor);
+  points.time = to_column(cloud.time);
   return points;
 }
 

@@ -12,6 +12,7 @@
 #include "pipeline/overtake.h"
 #include "tools/client/config.h"
 #include "tools/client/map_direction.h"
+#include "tools/io/cloud_view.h"
 #include "tools/io/ego_file.h"
 #include "tools/io/map_file.h"
 #include "tools/io/recording.h"
@@ -21,10 +22,11 @@ namespace overtake::cli {
 // Throws io::Error with the text of the status unless it is OVT_OK.
 void check(ovt_status status, const std::string& what);
 
-// Conversions from file types to C API types. to_map_def and to_points point into the vectors of their argument.
+// Conversions from file types to C API types. to_map_def and to_points point into the memory of their argument.
 ovt_sensor_def to_sensor_def(const io::RigSensor& sensor);
 ovt_map_def to_map_def(const io::MapData& map);
 ovt_points to_points(const io::SensorScan& scan);
+ovt_points to_points(const io::CloudView& cloud, int32_t sensor);
 ovt_ego_pose to_pose(const io::EgoRow& row);
 
 class Session {

@@ -3,6 +3,7 @@
 #include "tools/evaluation/cluster_tally.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace overtake::evaluation {
 
@@ -43,6 +44,23 @@ ClusterTally::Mixed ClusterTally::mixed() const {
     m.by_size += c.at_a_car && longest > kLongestM ? 1 : 0;
   }
   return m;
+}
+
+std::vector<SeamTally::Car> SeamTally::over_seams() const {
+  std::vector<Car> out;
+  for (const auto& [car, of_sensor] : cars_) {
+    std::set<int64_t> common;
+    int32_t sensors = 0;
+    for (const auto& [sensor, seen] : of_sensor) {
+      if (seen.points < 3) continue;
+      std::set<int64_t> both;
+      for (const int64_t cluster : seen.clusters)
+        if (sensors == 0 || common.contains(cluster)) both.insert(cluster);
+      common = std::move(both), ++sensors;
+    }
+    if (sensors > 1) out.push_back({car, sensors, !common.empty()});
+  }
+  return out;
 }
 
 }  // namespace overtake::evaluation

@@ -7,7 +7,6 @@
 //                    the car's rectangle (enlarged by 0.3 m) that is longer than a car with 10 % slack (x, y or z of
 //                    its bounds)
 // The paper's rule does not need surfaces, only the positions of the cars. Vehicle frame.
-// The paper's rule needs no surfaces, only where the cars are. Vehicle frame.
 #pragma once
 
 #include <map>
@@ -45,6 +44,27 @@ class ClusterTally {
   };
   std::vector<CarPlace> cars_;
   std::unordered_map<int64_t, Content> clusters_;
+};
+
+// Whether a car over a seam is one cluster: by car, the clusters of its points in the scan of each sensor.
+class SeamTally {
+ public:
+  void add(int32_t car, int32_t sensor, int64_t cluster) {
+    Seen& seen = cars_[car][sensor];
+    ++seen.points, seen.clusters.insert(cluster);
+  }
+  struct Car {
+    int32_t car, sensors;  // that have at least 3 points of it
+    bool joined;           // one cluster has points of all of them
+  };
+  std::vector<Car> over_seams() const;  // the cars of at least two sensors
+
+ private:
+  struct Seen {
+    int64_t points = 0;
+    std::set<int64_t> clusters;
+  };
+  std::map<int32_t, std::map<int32_t, Seen>> cars_;
 };
 
 }  // namespace overtake::evaluation

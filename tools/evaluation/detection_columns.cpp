@@ -51,7 +51,7 @@ void note_parked(const ovt_tracks& t, const ovt_detections& d,
   }
 }
 
-double square_of(const ovt_detections& d, int32_t row, const Rotation& vehicle, double x_map_m, double y_map_m) {
+double square_of(const ovt_detections& d, int32_t row, const io::Rotation& vehicle, double x_map_m, double y_map_m) {
   if (!d.var_x || !d.var_y || !d.cov_xy) return kNan;
   const auto &ahead = vehicle[0], &left = vehicle[1];
   const double det = ahead[0] * left[1] - ahead[1] * left[0];
@@ -61,7 +61,7 @@ double square_of(const ovt_detections& d, int32_t row, const Rotation& vehicle, 
   return metrics::normalized_square(error, lower, 2);
 }
 
-std::array<double, 3> covariance_in_map(const ovt_detections& d, int32_t row, const Rotation& vehicle) {
+std::array<double, 3> covariance_in_map(const ovt_detections& d, int32_t row, const io::Rotation& vehicle) {
   if (!d.var_x || !d.var_y || !d.cov_xy) return {kNan, kNan, kNan};
   const double xx = double(d.var_x[row]), xy = double(d.cov_xy[row]), yy = double(d.var_y[row]);
   const auto &a = vehicle[0], &l = vehicle[1];

@@ -37,10 +37,10 @@ void note_parked(const ovt_tracks& tracks, const ovt_detections& detections,
                  const std::function<int32_t(int32_t cluster)>& surface_of, std::set<uint64_t>& parked);
 // The square of a centre's error in units of its published covariance; NaN without one. The error is level, in the map;
 // the covariance is in the plane of the vehicle with the given axes.
-double square_of(const ovt_detections& detections, int32_t row, const Rotation& vehicle, double x_map_m,
+double square_of(const ovt_detections& detections, int32_t row, const io::Rotation& vehicle, double x_map_m,
                  double y_map_m);
 
 // The published covariance of a centre in the map, for a vehicle with the given axes: xx, xy, yy. NaN without one.
-std::array<double, 3> covariance_in_map(const ovt_detections& detections, int32_t row, const Rotation& vehicle);
+std::array<double, 3> covariance_in_map(const ovt_detections& detections, int32_t row, const io::Rotation& vehicle);
 
 }  // namespace overtake::evaluation

@@ -158,14 +158,9 @@ void Evaluator::skip(const ovt_frame_info& info, ovt_reader* reader) {
 void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
   const std::vector<CarTruth> cars = cars_at(info.first_stamp_ns + log_.rig().period_ns() / 2);
   const CarTruth* const ego = ego_of(cars);
-  const int32_t own = ego ? ego->car : -1;
   const std::vector<CarPlace> places = place_cars(cars);
   ClusterTally tally(places);
-  struct Seam {
-    int64_t points = 0;
-    std::set<int64_t> clusters;
-  };
-  std::map<int32_t, std::map<int32_t, Seam>> seams;  // car, sensor
+  SeamTally seams;
   is_due_ = baselines_every_ > 0 && frame_->scans.frame % baselines_every_ == 0;
   due_ = CloudPoints();
   due_.cars = places;
@@ -174,48 +169,9 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
     if (!(info.sensor_mask >> sensor & 1)) continue;
     ovt_labels labels;
     cli::check(ovt_read_labels(reader, sensor, &labels), "labels");
-    if (labels.count == 0) continue;  // the library has no scan of this sensor
-    const bool known = k < frame_->surface.size();
-    if (known && std::size_t(labels.count) != frame_->surface[k].size())
-      throw std::runtime_error("labels and truth differ in length");
-    const Mounting mounting(log_.rig().sensors[std::size_t(sensor)]);
-    double tp = 0, fp = 0, fn = 0, tn = 0, none = 0;
-    std::map<std::pair<int32_t, int32_t>, std::pair<double, double>> found;  // (car, 10 m) -> points, found
-    for (int32_t i = 0; i < labels.count; ++i) {
-      const uint16_t surface = known ? frame_->surface[k][std::size_t(i)] : uint16_t(0);
-      const Kind kind = known ? kind_of(surface) : Kind::kGround;
-      const int32_t label = labels.label[i], car = known ? car_of(surface) : -1;
-      if (car >= 0) ++points_[car];
-      debris_points_ += surface == uint16_t(sim::Surface::debris);
-      if (label < 0) {
-        ++none;
-        continue;
-      }
-      (label > 0 ? (is_positive(kind) ? tp : fp) : (is_positive(kind) ? fn : tn)) += 1;
-      const float x = labels.x_m[i], y = labels.y_m[i], z = labels.z_m[i];
-      if (car >= 0) {
-        auto& [points, hits] = found[{car, int32_t(std::sqrt(x * x + y * y + z * z) / 10)}];
-        points += 1, hits += label > 0;
-      }
-      if (label == 0 && !is_due_) continue;
-      const std::array<double, 3> at = mounting.to_vehicle(x, y, z);
-      if (is_due_) {
-        due_.x_m.push_back(float(at[0])), due_.y_m.push_back(float(at[1])), due_.z_m.push_back(float(at[2]));
-        due_.found.push_back(label > 0), due_.sensor.push_back(sensor);
-        if (known) due_.surface.push_back(surface);
-      }
-      if (label == 0) continue;
-      const int32_t row = labels.cluster_of_label[label];  // -1: the table was full; it still counts
-      const int64_t cluster = row >= 0 ? row : -1 - (int64_t(sensor) << 32 | label);
-      tally.add(cluster, at, kind, car);
-      if (known)
-        ++surfaces_[cluster][car < 0 ? surface : uint16_t(car == own ? sim::Surface::own_car : sim::Surface::car)];
-      if (car >= 0) ++seams[car][sensor].points, seams[car][sensor].clusters.insert(cluster);
-    }
-    if (known) tables_["scans"].add({frame_number_, double(sensor), tp, fp, fn, tn, none});
-    for (const auto& [where, count] : found)
-      tables_["car_points"].add(
-          {frame_number_, double(sensor), double(where.first), 10.0 * where.second, count.first, count.second});
+    if (labels.count > 0)  // else the library has no scan of this sensor
+      add_scan(labels, sensor, k < frame_->surface.size() ? &frame_->surface[k] : nullptr, ego ? ego->car : -1, tally,
+               seams);
   }
   for (const auto& [car, count] : tally.of_car()) clusters_[car] = count.clusters, boxed_[car] = count.inside;
   const ClusterTally::Mixed mixed = tally.mixed();
@@ -225,18 +181,52 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
   tables_["clusters"].add(
       {frame_number_, double(clusters.count), known ? double(mixed.other) : kNan, known ? double(mixed.cars) : kNan});
   tables_["boxes"].add({frame_number_, double(mixed.by_size)});
-  for (const auto& [car, of_sensor] : seams) {
-    std::set<int64_t> common;
-    double sensors = 0;
-    for (const auto& [sensor, seam] : of_sensor) {
-      if (seam.points < 3) continue;
-      std::set<int64_t> both;
-      for (const int64_t cluster : seam.clusters)
-        if (sensors == 0 || common.count(cluster)) both.insert(cluster);
-      common = std::move(both), ++sensors;
+  for (const SeamTally::Car& c : seams.over_seams())
+    tables_["seams"].add({frame_number_, double(c.car), double(c.sensors), c.joined ? 1.0 : 0.0});
+}
+
+void Evaluator::add_scan(const ovt_labels& labels, int32_t sensor, const std::vector<uint16_t>* surfaces, int32_t own,
+                         ClusterTally& tally, SeamTally& seams) {
+  if (surfaces && std::size_t(labels.count) != surfaces->size())
+    throw std::runtime_error("labels and truth differ in length");
+  const io::Mounting mounting(log_.rig().sensors[std::size_t(sensor)]);
+  double tp = 0, fp = 0, fn = 0, tn = 0, none = 0;
+  std::map<std::pair<int32_t, int32_t>, std::pair<double, double>> found;  // (car, 10 m) -> points, found
+  for (int32_t i = 0; i < labels.count; ++i) {
+    const uint16_t surface = surfaces ? (*surfaces)[std::size_t(i)] : uint16_t(0);
+    const Kind kind = surfaces ? kind_of(surface) : Kind::kGround;
+    const int32_t label = labels.label[i], car = surfaces ? car_of(surface) : -1;
+    if (car >= 0) ++points_[car];
+    debris_points_ += surface == uint16_t(sim::Surface::debris);
+    if (label < 0) {
+      ++none;
+      continue;
     }
-    if (sensors > 1) tables_["seams"].add({frame_number_, double(car), sensors, common.empty() ? 0.0 : 1.0});
+    (label > 0 ? (is_positive(kind) ? tp : fp) : (is_positive(kind) ? fn : tn)) += 1;
+    const float x = labels.x_m[i], y = labels.y_m[i], z = labels.z_m[i];
+    if (car >= 0) {
+      auto& [points, hits] = found[{car, int32_t(std::sqrt(x * x + y * y + z * z) / 10)}];
+      points += 1, hits += label > 0;
+    }
+    if (label == 0 && !is_due_) continue;
+    const std::array<double, 3> at = mounting.to_vehicle(x, y, z);
+    if (is_due_) {
+      due_.x_m.push_back(float(at[0])), due_.y_m.push_back(float(at[1])), due_.z_m.push_back(float(at[2]));
+      due_.found.push_back(label > 0), due_.sensor.push_back(sensor);
+      if (surfaces) due_.surface.push_back(surface);
+    }
+    if (label == 0) continue;
+    const int32_t row = labels.cluster_of_label[label];  // -1: the table was full; it still counts
+    const int64_t cluster = row >= 0 ? row : -1 - (int64_t(sensor) << 32 | label);
+    tally.add(cluster, at, kind, car);
+    if (surfaces)
+      ++surfaces_[cluster][car < 0 ? surface : uint16_t(car == own ? sim::Surface::own_car : sim::Surface::car)];
+    if (car >= 0) seams.add(car, sensor, cluster);
   }
+  if (surfaces) tables_["scans"].add({frame_number_, double(sensor), tp, fp, fn, tn, none});
+  for (const auto& [where, count] : found)
+    tables_["car_points"].add(
+        {frame_number_, double(sensor), double(where.first), 10.0 * where.second, count.first, count.second});
 }
 
 void Evaluator::add_ego_heading(const ovt_frame_info& info) {
@@ -291,7 +281,7 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
       along = ce * ex + se * ey, across = ce * ey - se * ex;
       ++detected_[car.car];
       const double cc = std::cos(car.heading_rad), sc = std::sin(car.heading_rad);
-      const Rotation axes = axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad);
+      const io::Rotation axes = io::axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad);
       tables_["centres"].add(
           {frame_number_, double(car.car), cc * ex + sc * ey, cc * ey - sc * ex, square_of(d, i, axes, ex, ey)});
     }
@@ -309,7 +299,7 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
     tables_["innovations"].add(
         {frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car), metrics::normalized_square(innovation, s, 2)});
     if (!d.var_x || !ego) continue;
-    const auto r = covariance_in_map(d, i, axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad));
+    const auto r = covariance_in_map(d, i, io::axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad));
     const double own[3] = {p.xx + r[0], p.xy + r[1], p.yy + r[2]};
     tables_["innovations_own"].add({frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car),
                                     metrics::normalized_square(innovation, own, 2)});

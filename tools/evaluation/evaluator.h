@@ -131,6 +131,9 @@ class Evaluator {
   };
   void skip(const ovt_frame_info& info, ovt_reader* reader);
   void add_labels(ovt_reader* reader, const ovt_frame_info& info);
+  // `surfaces`: of each point, null unknown; `own`: the ego's car, -1 none.
+  void add_scan(const ovt_labels& labels, int32_t sensor, const std::vector<uint16_t>* surfaces, int32_t own,
+                ClusterTally& tally, SeamTally& seams);
   void add_ego_heading(const ovt_frame_info& info);
   void add_detections(const ovt_frame_info& info, const ovt_detections& detections);
   void add_false_detection(const ovt_detections& detections, int32_t row, const CarTruth* ego);

@@ -11,28 +11,8 @@
 
 namespace overtake::evaluation {
 
-Rotation axes_of(double roll, double pitch, double yaw) {
-  const double cr = std::cos(roll), sr = std::sin(roll), cp = std::cos(pitch), sp = std::sin(pitch), cy = std::cos(yaw),
-               sy = std::sin(yaw);
-  return {{{cy * cp, sy * cp, -sp},
-           {cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr},
-           {cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr}}};
-}
-
-Mounting::Mounting(const io::RigSensor& s) : at_{s.x_m, s.y_m, s.z_m} {
-  turned_ = axes_of(io::rad(s.roll_deg), io::rad(s.pitch_deg), io::rad(s.yaw_deg));
-}
-
-std::array<double, 3> Mounting::to_vehicle(float x_m, float y_m, float z_m) const {
-  const double p[3] = {double(x_m), double(y_m), double(z_m)};
-  std::array<double, 3> v = at_;
-  for (std::size_t a = 0; a < 3; ++a)
-    for (std::size_t b = 0; b < 3; ++b) v[b] += turned_[a][b] * p[a];
-  return v;
-}
-
 MapPlace to_map(const io::EgoRow& pose, double x_m, double y_m, double z_m, double heading_rad) {
-  const Rotation axes = axes_of(pose.roll_rad, pose.pitch_rad, pose.yaw_rad);
+  const io::Rotation axes = io::axes_of(pose.roll_rad, pose.pitch_rad, pose.yaw_rad);
   const double in[3] = {x_m, y_m, z_m};
   MapPlace out{pose.x_m, pose.y_m, 0};
   for (std::size_t k = 0; k < 3; ++k) out.x_m += axes[k][0] * in[k], out.y_m += axes[k][1] * in[k];
@@ -42,13 +22,13 @@ MapPlace to_map(const io::EgoRow& pose, double x_m, double y_m, double z_m, doub
 }
 
 double heading_from_map(double roll, double pitch, double yaw, double heading_rad) {
-  const Rotation axes = axes_of(roll, pitch, yaw);
+  const io::Rotation axes = io::axes_of(roll, pitch, yaw);
   const double c = std::cos(heading_rad), s = std::sin(heading_rad);
   return std::atan2(axes[0][0] * s - axes[0][1] * c, axes[1][1] * c - axes[1][0] * s);
 }
 
 double heading_in_vehicle(double roll, double pitch, double yaw, double heading_rad) {
-  const Rotation axes = axes_of(roll, pitch, yaw);
+  const io::Rotation axes = io::axes_of(roll, pitch, yaw);
   const double c = std::cos(heading_rad), s = std::sin(heading_rad);
   return std::atan2(axes[1][0] * c + axes[1][1] * s, axes[0][0] * c + axes[0][1] * s);
 }
@@ -111,7 +91,7 @@ std::array<double, 5> state_error(const ovt_tracks& t, int32_t i, const CarTruth
 }
 
 Seen see(const CarTruth& from, double x_m, double y_m, double z_m) {
-  const Rotation axes = axes_of(from.roll_rad, from.pitch_rad, from.heading_rad);
+  const io::Rotation axes = io::axes_of(from.roll_rad, from.pitch_rad, from.heading_rad);
   const double d[3] = {x_m - from.x_m, y_m - from.y_m, z_m - from.z_m};
   const auto along = [&](const std::array<double, 3>& axis) {
     return d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];

@@ -10,29 +10,12 @@
 
 #include "pipeline/overtake.h"
 #include "tools/evaluation/truth_log.h"
-#include "tools/io/rig.h"
+#include "tools/io/mounting.h"
 
 namespace overtake::evaluation {
 
 inline constexpr double kMovingMps = 3;  // faster: the course, and so slip and rate of the course, mean something
 inline constexpr double kCarLengthM = 4.921, kCarWidthM = 1.886;
-
-// Rows are the axes of the vehicle in the map (roll, then pitch, then yaw).
-using Rotation = std::array<std::array<double, 3>, 3>;
-Rotation axes_of(double roll_rad, double pitch_rad, double yaw_rad);
-
-// T_vehicle_sensor of a rig's sensor.
-class Mounting {
- public:
-  explicit Mounting(const io::RigSensor& sensor);
-  std::array<double, 3> to_vehicle(float x_m, float y_m, float z_m) const;
-  double x_m() const { return at_[0]; }
-  double y_m() const { return at_[1]; }
-
- private:
-  Rotation turned_;
-  std::array<double, 3> at_;
-};
 
 struct MapPlace {
   double x_m, y_m, heading_rad;

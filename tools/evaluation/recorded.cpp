@@ -70,7 +70,7 @@ struct Look {
     for (int32_t s = 0; s < int32_t(rig->sensors.size()); ++s) {
       ovt_labels l;
       if (ovt_read_labels(reader, s, &l) != OVT_OK) continue;
-      const Mounting mounting(rig->sensors[std::size_t(s)]);
+      const io::Mounting mounting(rig->sensors[std::size_t(s)]);
       for (int32_t i = 0; i < l.count; ++i)
         if (l.label[i] >= 0)
           seen.points.push_back({mounting.to_vehicle(l.x_m[i], l.y_m[i], l.z_m[i]), s,
@@ -352,7 +352,7 @@ std::vector<KnownBox> read_boxes(const std::string& path, const std::string& sta
     std::array<double, 3> p = {csv.number(i, x), csv.number(i, y), csv.number(i, z)};
     double turn = csv.number(i, yaw);
     if (sensor) {
-      p = Mounting(*sensor).to_vehicle(float(p[0]), float(p[1]), float(p[2]));
+      p = io::Mounting(*sensor).to_vehicle(p[0], p[1], p[2]);
       turn += sensor->yaw_deg * io::kPi / 180;
     }
     out.push_back({p[0], p[1], turn, csv.number(i, length), csv.number(i, width), csv.integer(i, points),

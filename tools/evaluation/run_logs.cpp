@@ -115,123 +115,178 @@ int64_t poses_kept() {
   return def.ego_pose_capacity;
 }
 
-// False: interrupted. `damage`: why the log ended early; "": it did not.
-bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names,
-             std::string& damage) {
-  const PieceTimes piece(options.from_s, options.to_s, options.warm_up_s);
-  const std::string stem = log_stem(path), log_name = piece.name_of(stem);
+// One log and the variants that are run on it.
+class LogRun {
+ public:
+  // Which of the variants are to run: those without a kept run of the same inputs.
+  LogRun(const RunOptions& options, const std::string& path, const std::vector<std::string>& names);
+  // False: interrupted. `damage`: why the log ended early; "": it did not.
+  bool run(std::string& damage);
+
+ private:
+  enum class Part { kEvaluated, kLeftOut, kEnd };
+
+  std::string folder_of_run(const std::string& variant) const { return folder_of(options_.out, variant, name_); }
+  void write_map();
+  void make_variants();
+  bool push_frames();  // false: interrupted
+  Part part_of(const LogFrame& frame);
+  void push_to_all(const LogFrame& frame, sim::Workers& workers);
+  void write_results(Variant& variant);
+
+  const RunOptions& options_;
+  const std::string path_;
+  const std::vector<std::string>& names_;
+  const PieceTimes piece_;
+  const std::string name_;
+  std::map<std::string, About> wanted_;
+  std::vector<std::string> todo_;
+  std::unique_ptr<TruthLog> log_;
+  std::string map_file_;
+  double lap_m_ = 0;
+  std::vector<std::unique_ptr<Variant>> variants_;
+  int64_t frames_ = 0, first_ns_ = -1;
+  bool is_open_;  // the piece has begun; a whole log has no cuts
+};
+
+LogRun::LogRun(const RunOptions& options, const std::string& path, const std::vector<std::string>& names)
+    : options_(options),
+      path_(path),
+      names_(names),
+      piece_(options.from_s, options.to_s, options.warm_up_s),
+      name_(piece_.name_of(log_stem(path))),
+      is_open_(piece_.is_whole()) {
   const std::string input = hash_input(path, text_of_input(options));
-  std::map<std::string, About> wanted;
-  std::vector<std::string> todo;
   for (const std::string& name : names) {
-    wanted[name] = wanted_of(options, name, name == names[0], input);
-    piece.add_to(wanted[name], stem);
-    const std::string why = why_not_kept(folder_of(options.out, name, log_name), wanted[name]);
+    wanted_[name] = wanted_of(options, name, name == names[0], input);
+    piece_.add_to(wanted_[name], log_stem(path));
+    const std::string why = why_not_kept(folder_of_run(name), wanted_[name]);
     if (why.empty()) continue;
-    todo.push_back(name);
-    io::check_clear_output(folder_of(options.out, name, log_name));  // checked before the work
+    todo_.push_back(name);
+    io::check_clear_output(folder_of_run(name));  // checked before the work
     if (!options.quiet && why != kNotThere)
-      std::printf("%s: %s was run before with %s; again\n", log_name.c_str(), name.c_str(), why.c_str());
+      std::printf("%s: %s was run before with %s; again\n", name_.c_str(), name.c_str(), why.c_str());
   }
-  if (todo.empty()) {
-    if (!options.quiet) std::printf("%s: done before\n", log_name.c_str());
-    damage = read_about(folder_of(options.out, names[0], log_name))["damage"];
+}
+
+bool LogRun::run(std::string& damage) {
+  if (todo_.empty()) {
+    if (!options_.quiet) std::printf("%s: done before\n", name_.c_str());
+    damage = read_about(folder_of_run(names_[0]))["damage"];
     return true;
   }
-  const std::unique_ptr<TruthLog> opened = open_log(options, path);
-  TruthLog& log = *opened;
-  std::string map_file;
-  if (!log.map_text().empty()) {
-    cli::make_folder(options.out + "/maps");
-    map_file = options.out + "/maps/" + log_name + ".csv";
-    io::write_whole_file(map_file, log.map_text());
-    io::commit_outputs();
-  }
-  const double lap_m = map_file.empty() ? 0 : lap_of(io::read_map(map_file));
-  const ConfigFiles files = read_configs(options.configs);
-  std::vector<std::unique_ptr<Variant>> variants;
-  for (const std::string& name : todo)
-    variants.push_back(std::make_unique<Variant>(name, log, map_file, options.every, files));
-  if (!options.only_figures) variants[0]->evaluator().use_baselines(todo[0] == names[0] ? options.every : 0);
-  for (auto& variant : variants) {
-    if (!is_of_sweep(variant->name())) variant->evaluator().compare_every(options.compare_every);
-    if (options.only_figures)
+  log_ = open_log(options_, path_);
+  write_map();
+  make_variants();
+  if (!push_frames()) return false;
+  if (!is_open_ && !options_.quiet)
+    std::printf("note: %s: the log ends before --from: nothing was compared\n", name_.c_str());
+  for (auto& variant : variants_) write_results(*variant);
+  if (!options_.quiet)
+    std::printf("%s: %s, %s\n", name_.c_str(), io::counted(frames_, "frame").c_str(),
+                io::counted(int64_t(variants_.size()), "variant").c_str());
+  damage = log_->damage();
+  return true;
+}
+
+void LogRun::write_map() {
+  if (log_->map_text().empty()) return;
+  cli::make_folder(options_.out + "/maps");
+  map_file_ = options_.out + "/maps/" + name_ + ".csv";
+  io::write_whole_file(map_file_, log_->map_text());
+  io::commit_outputs();
+  lap_m_ = lap_of(io::read_map(map_file_));
+}
+
+void LogRun::make_variants() {
+  const ConfigFiles files = read_configs(options_.configs);
+  for (const std::string& name : todo_)
+    variants_.push_back(std::make_unique<Variant>(name, *log_, map_file_, options_.every, files));
+  if (!options_.only_figures) variants_[0]->evaluator().use_baselines(todo_[0] == names_[0] ? options_.every : 0);
+  for (auto& variant : variants_) {
+    if (!is_of_sweep(variant->name())) variant->evaluator().compare_every(options_.compare_every);
+    if (options_.only_figures)
       variant->evaluator().leave_out_times();
     else if (variant->name().find_first_of(":@") == std::string::npos)
       variant->take_pictures();
   }
+}
 
-  cli::Progress progress(1000, options.quiet);
-  if (options.progress_s >= 0) progress.print_lines(log_name + ": evaluated", options.progress_s);
+bool LogRun::push_frames() {
+  cli::Progress progress(1000, options_.quiet);
+  if (options_.progress_s >= 0) progress.print_lines(name_ + ": evaluated", options_.progress_s);
   LogFrame frame;
-  int64_t frames = 0, first_ns = -1;
-  bool is_open = piece.is_whole();  // the piece has begun; a whole log has no cuts
-  sim::Workers workers(options.workers);
-  for (; frames < options.most_frames && log.next(frame); ++frames) {
+  sim::Workers workers(options_.workers);
+  for (; frames_ < options_.most_frames && log_->next(frame); ++frames_) {
     if (cli::interrupted()) return false;
-    if (!piece.is_whole()) {
-      const int64_t stamp_ns = first_stamp(frame);
-      const bool is_first = first_ns < 0;
-      if (is_first)
-        for (auto& variant : variants) variant->evaluator().start_at(first_ns = stamp_ns);
-      const int64_t at_ns = stamp_ns - first_ns;
-      if (is_first && piece.warm_up_ns() > 0) frames += log.skip_frames(piece.warm_up_ns(), poses_kept());
-      if (at_ns < piece.warm_up_ns()) continue;
-      if (at_ns >= piece.end_ns()) {
-        if (!is_open) break;
-        if (at_ns >= piece.end_ns() + kLookAheadNs) break;
-        for (auto& variant : variants)
-          if (variant->takes(frames)) variant->evaluator().look_ahead(frame);
-        continue;
-      }
-      if (!is_open && at_ns >= piece.begin_ns()) {
-        is_open = true;
-        for (auto& variant : variants) variant->begin_piece();
-      }
-    }
-    // The first variant runs alone, because the report uses its times. All others run at the same time after it.
-    std::vector<std::function<void()>> jobs;
-    if (!options.only_figures) {
-      if (variants[0]->takes(frames)) variants[0]->push(frame);
-      jobs.push_back([&] { variants[0]->evaluator().evaluate_baselines(); });
-    }
-    for (std::size_t k = options.only_figures ? 0 : 1; k < variants.size(); ++k)
-      if (variants[k]->takes(frames)) jobs.push_back([&, k] { variants[k]->push(frame); });
-    workers.for_each(int32_t(jobs.size()), [&](int32_t k) { jobs[std::size_t(k)](); });
-    progress.show(int64_t(1000 * log.progress()));
+    const Part part = piece_.is_whole() ? Part::kEvaluated : part_of(frame);
+    if (part == Part::kEnd) break;
+    if (part == Part::kLeftOut) continue;
+    push_to_all(frame, workers);
+    progress.show(int64_t(1000 * log_->progress()));
   }
   progress.clear();
-  if (!is_open && !options.quiet)
-    std::printf("note: %s: the log ends before --from: nothing was compared\n", log_name.c_str());
-  for (auto& variant : variants) {
-    variant->finish();
-    for (const std::string& sentence : variant->full_capacities())
-      std::printf("note: %s, %s: %s\n", log_name.c_str(), variant->name().c_str(), sentence.c_str());
-    if (!piece.is_whole()) {
-      if (!is_open) variant->begin_piece();  // it begins after the end of the log
-      variant->evaluator().end_piece();
-    }
-    const std::string folder = folder_of(options.out, variant->name(), log_name);
-    io::clear_output(folder);  // of another build or other options
-    cli::make_folder(folder);
-    write_tables(folder, variant->evaluator().tables());
-    if (const SnapshotPicker* album = variant->picker()) write_pictures(folder, album->finish(), path);
-    About about = log.about();
-    for (const auto& [key, value] : wanted[variant->name()]) about[key] = value;
-    about["contestant"] = variant->name();
-    about["frames"] = std::to_string(variant->frames());
-    if (lap_m > 0) about["lap_m"] = nlohmann::json(lap_m).dump();
-    about["period_s"] = nlohmann::json(log.rig().period_s).dump();
-    about["damage"] = log.damage();
-    about["cpu"] = cpu_name();
-    write_about(folder, about);
-    io::commit_outputs();
-  }
-  if (!options.quiet)
-    std::printf("%s: %s, %s\n", log_name.c_str(), io::counted(frames, "frame").c_str(),
-                io::counted(int64_t(variants.size()), "variant").c_str());
-  damage = log.damage();
   return true;
+}
+
+// Begins the piece at its first frame, and shows the variants the frames after its end.
+LogRun::Part LogRun::part_of(const LogFrame& frame) {
+  const int64_t stamp_ns = first_stamp(frame);
+  if (first_ns_ < 0) {
+    first_ns_ = stamp_ns;
+    for (auto& variant : variants_) variant->evaluator().start_at(first_ns_);
+    if (piece_.warm_up_ns() > 0) frames_ += log_->skip_frames(piece_.warm_up_ns(), poses_kept());
+  }
+  const int64_t at_ns = stamp_ns - first_ns_;
+  if (at_ns < piece_.warm_up_ns()) return Part::kLeftOut;
+  if (at_ns >= piece_.end_ns()) {
+    if (!is_open_ || at_ns >= piece_.end_ns() + kLookAheadNs) return Part::kEnd;
+    for (auto& variant : variants_)
+      if (variant->takes(frames_)) variant->evaluator().look_ahead(frame);
+    return Part::kLeftOut;
+  }
+  if (!is_open_ && at_ns >= piece_.begin_ns()) {
+    is_open_ = true;
+    for (auto& variant : variants_) variant->begin_piece();
+  }
+  return Part::kEvaluated;
+}
+
+// The first variant runs alone, because the report uses its times. All others run at the same time after it.
+void LogRun::push_to_all(const LogFrame& frame, sim::Workers& workers) {
+  std::vector<std::function<void()>> jobs;
+  if (!options_.only_figures) {
+    if (variants_[0]->takes(frames_)) variants_[0]->push(frame);
+    jobs.push_back([&] { variants_[0]->evaluator().evaluate_baselines(); });
+  }
+  for (std::size_t k = options_.only_figures ? 0 : 1; k < variants_.size(); ++k)
+    if (variants_[k]->takes(frames_)) jobs.push_back([&, k] { variants_[k]->push(frame); });
+  workers.for_each(int32_t(jobs.size()), [&](int32_t k) { jobs[std::size_t(k)](); });
+}
+
+void LogRun::write_results(Variant& variant) {
+  variant.finish();
+  for (const std::string& sentence : variant.full_capacities())
+    std::printf("note: %s, %s: %s\n", name_.c_str(), variant.name().c_str(), sentence.c_str());
+  if (!piece_.is_whole()) {
+    if (!is_open_) variant.begin_piece();  // it begins after the end of the log
+    variant.evaluator().end_piece();
+  }
+  const std::string folder = folder_of_run(variant.name());
+  io::clear_output(folder);  // of another build or other options
+  cli::make_folder(folder);
+  write_tables(folder, variant.evaluator().tables());
+  if (const SnapshotPicker* album = variant.picker()) write_pictures(folder, album->finish(), path_);
+  About about = log_->about();
+  for (const auto& [key, value] : wanted_[variant.name()]) about[key] = value;
+  about["contestant"] = variant.name();
+  about["frames"] = std::to_string(variant.frames());
+  if (lap_m_ > 0) about["lap_m"] = nlohmann::json(lap_m_).dump();
+  about["period_s"] = nlohmann::json(log_->rig().period_s).dump();
+  about["damage"] = log_->damage();
+  about["cpu"] = cpu_name();
+  write_about(folder, about);
+  io::commit_outputs();
 }
 
 }  // namespace
@@ -306,7 +361,7 @@ bool run_logs(const RunOptions& options, std::vector<std::string>* damages) {
   rename_folders(options.out);
   for (const std::string& log : options.logs) {
     std::string damage;
-    if (!run_log(options, log, names, damage)) return false;
+    if (!LogRun(options, log, names).run(damage)) return false;
     if (damages && !damage.empty()) damages->push_back(damage_sentence(log, damage));
   }
   return true;

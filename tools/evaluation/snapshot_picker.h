@@ -53,7 +53,7 @@ class SnapshotPicker {
   const TruthLog& log_;
   const ovt_params params_;
   const std::string map_file_;
-  std::vector<Mounting> mountings_;
+  std::vector<io::Mounting> mountings_;
   const LogFrame* frame_ = nullptr;
   int64_t first_ns_ = -1;
   PictureTime now_;

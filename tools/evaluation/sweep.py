@@ -110,7 +110,6 @@ def words_of(arguments, *names):
 
 
 def only_looks(arguments):
-    """Of Snakemake's parsed arguments."""
     return any(getattr(arguments, name, None) for name in LOOKS)
 
 
@@ -140,26 +139,17 @@ def read_yaml(path, field):
     return found
 
 
-def find_profile(profile):
-    """Its file, where Snakemake finds it."""
-    folders = [profile, os.path.expanduser(f'~/.config/snakemake/{profile}'), f'/etc/xdg/snakemake/{profile}']
-    return next((f'{f}/config.yaml' for f in folders if os.path.isfile(f'{f}/config.yaml')), None)
-
-
-def check_profile(arguments, runs_jobs):
-    """Snakemake runs the profile's programs in the folder of --directory, where it would not find them. Where Slurm does
-    not answer, it would try each job, one after the other."""
-    commands = words_of(arguments, '--cluster')
-    for profile in words_of(arguments, '--profile')[:1]:
-        if '/' in profile and not os.path.isabs(profile):
-            fail('--profile', f'{profile} must be an absolute path: "$PWD/{profile}"')
-        path = find_profile(profile)
-        commands.append(str(read_yaml(path, '--profile').get('cluster')) if path else '')
-    if runs_jobs and any('sbatch' in command for command in commands):
-        check_slurm()
+def parse_arguments(snakemake, words):
+    """Snakemake's options, those of its profile, too. Snakemake runs the profile's programs in the folder of --directory:
+    it must find them from there."""
+    profile = snakemake.get_argument_parser().parse_known_args(words)[0].profile
+    if profile and not os.path.isabs(profile) and not snakemake.get_profile_file(profile, 'config.yaml'):
+        fail('--profile', f'{profile} must be an absolute path: "$PWD/{profile}"')
+    return snakemake.get_argument_parser(profile).parse_known_args(words)[0]
 
 
 def check_slurm():
+    """Where Slurm does not answer, Snakemake would try each job, one after the other."""
     for program in ('sbatch', 'squeue', 'scancel'):
         if not shutil.which(program):
             fail('--profile', f'its jobs need Slurm, and there is no {program} on this machine; '

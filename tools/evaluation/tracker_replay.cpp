@@ -40,7 +40,7 @@ void TrackerReplay::Points::add(const std::array<double, 3>& at_m, int32_t senso
 void TrackerReplay::add_row(const Points& points, int64_t stamp_ns, double heading_ref_rad, bool only_ref) {
   const std::size_t most =
       std::size_t(std::max_element(points.of_sensor.begin(), points.of_sensor.end()) - points.of_sensor.begin());
-  const Mounting mounting(log_.rig().sensors[most]);
+  const io::Mounting mounting(log_.rig().sensors[most]);
   FitRectangleParams params;
   params.length_m = float(params_.vehicle_length_m), params.width_m = float(params_.vehicle_width_m);
   params.margin_m = float(params_.pose_margin_m);
@@ -61,7 +61,7 @@ std::vector<TrackerReplay::Points> TrackerReplay::gather(ovt_reader* reader, con
     const io::SensorScan& scan = frame.scans.scans[k];
     ovt_labels labels;
     cli::check(ovt_read_labels(reader, scan.sensor, &labels), "labels");
-    const Mounting mounting(log_.rig().sensors[std::size_t(scan.sensor)]);
+    const io::Mounting mounting(log_.rig().sensors[std::size_t(scan.sensor)]);
     for (int32_t i = 0; i < labels.count; ++i) {
       if (labels.label[i] <= 0) continue;
       int32_t row = -1;

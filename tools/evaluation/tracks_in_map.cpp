@@ -12,7 +12,8 @@ namespace overtake::evaluation {
 namespace {
 
 // The height of the car that is nearest to a place of the vehicle frame, in this frame; 0 where none is near.
-double height_at(const CarTruth& ego, const Rotation& axes, const std::vector<CarTruth>& cars, double x_m, double y_m) {
+double height_at(const CarTruth& ego, const io::Rotation& axes, const std::vector<CarTruth>& cars, double x_m,
+                 double y_m) {
   double height_m = 0, nearest_m = 2 * kGateM;
   for (const CarTruth& c : cars) {
     if (c.is_ego) continue;
@@ -32,7 +33,7 @@ const ovt_tracks& TracksInMap::take(const ovt_tracks& tracks, const std::vector<
   io::EgoRow pose;
   pose.x_m = ego.x_m, pose.y_m = ego.y_m, pose.z_m = ego.z_m;
   pose.roll_rad = ego.roll_rad, pose.pitch_rad = ego.pitch_rad, pose.yaw_rad = ego.heading_rad;
-  const Rotation axes = axes_of(ego.roll_rad, ego.pitch_rad, ego.heading_rad);
+  const io::Rotation axes = io::axes_of(ego.roll_rad, ego.pitch_rad, ego.heading_rad);
   const std::size_t count = std::size_t(tracks.count);
   for (std::vector<double>* column : {&x_m_, &y_m_, &speed_mps_, &course_rad_, &heading_rad_}) column->resize(count);
   yaw_rate_rps_.assign(count, kNan);

@@ -74,10 +74,10 @@ std::vector<Scan> read_scans(const LogFrame& frame, const io::Rig& rig) {
   std::vector<Scan> out(1);
   for (std::size_t k = 0; k < frame.scans.scans.size(); ++k) {
     const io::SensorScan& from = frame.scans.scans[k];
-    const Mounting mounting(rig.sensors[std::size_t(from.sensor)]);
+    const io::Mounting mounting(rig.sensors[std::size_t(from.sensor)]);
     Scan scan;
     for (std::size_t i = 0; i < std::size_t(from.count); ++i) {
-      const auto at = mounting.to_vehicle(float(from.x.value(i)), float(from.y.value(i)), float(from.z.value(i)));
+      const auto at = mounting.to_vehicle(from.x.value(i), from.y.value(i), from.z.value(i));
       for (Scan* to : {&scan, &out[0]}) {
         to->x_m.push_back(float(at[0])), to->y_m.push_back(float(at[1])), to->z_m.push_back(float(at[2]));
         to->positive.push_back(is_positive(kind_of(frame.surface[k][i])));

@@ -9,39 +9,28 @@
 #include <map>
 #include <set>
 
+#include "tools/io/angles.h"
 #include "tools/io/error.h"
+#include "tools/io/mounting.h"
 #include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
 
-constexpr double kDegrees = 180 / 3.14159265358979323846;
 constexpr double kMostOffset_m = 100;  // as in a rig file
 
 struct Transform {
-  std::array<double, 9> r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  std::array<double, 3> t = {0, 0, 0};
+  Rotation axes = axes_of(0, 0, 0);
+  std::array<double, 3> at = {};
 };
 
 Transform operator*(const Transform& a, const Transform& b) {
-  Transform out;
-  for (std::size_t i = 0; i < 3; ++i) {
-    out.t[i] = a.t[i];
-    for (std::size_t k = 0; k < 3; ++k) out.t[i] += a.r[3 * i + k] * b.t[k];
-    for (std::size_t j = 0; j < 3; ++j) {
-      out.r[3 * i + j] = 0;
-      for (std::size_t k = 0; k < 3; ++k) out.r[3 * i + j] += a.r[3 * i + k] * b.r[3 * k + j];
-    }
-  }
-  return out;
-}
-
-Transform make_transform(const std::array<double, 3>& xyz, const std::array<double, 3>& rpy) {
-  const double cr = std::cos(rpy[0]), sr = std::sin(rpy[0]), cp = std::cos(rpy[1]), sp = std::sin(rpy[1]);
-  const double cy = std::cos(rpy[2]), sy = std::sin(rpy[2]);
-  return {{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, sy * cp, sy * sp * sr + cy * cr,
-           sy * sp * cr - cy * sr, -sp, cp * sr, cp * cr},
-          xyz};
+  const auto turn = [&a](const std::array<double, 3>& p, std::array<double, 3> sum) {
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t i = 0; i < 3; ++i) sum[i] += a.axes[k][i] * p[k];
+    return sum;
+  };
+  return {{turn(b.axes[0], {}), turn(b.axes[1], {}), turn(b.axes[2], {})}, turn(b.at, a.at)};
 }
 
 struct Joint {
@@ -88,9 +77,9 @@ void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
     if (const char* name = link->Attribute("name")) links.insert(name);
   for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
     const tinyxml2::XMLElement* origin = joint->FirstChildElement("origin");
+    const auto [roll, pitch, yaw] = three_numbers(path, origin, "rpy");
     joint_above[attribute(path, joint, "child", "link")] = {
-        attribute(path, joint, "parent", "link"),
-        make_transform(three_numbers(path, origin, "xyz"), three_numbers(path, origin, "rpy"))};
+        attribute(path, joint, "parent", "link"), {axes_of(roll, pitch, yaw), three_numbers(path, origin, "xyz")}};
   }
   const std::string base = comma == std::string::npos ? "" : file_and_link.substr(comma + 1);
   if (!base.empty() && !links.contains(base)) throw Error(path, 0, "has no link '" + base + "'");
@@ -109,17 +98,17 @@ void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
       at = joint_above[at].parent;
     }
     if (!base.empty() && at != base) throw Error(path, 0, "link '" + link + "' does not hang on link '" + base + "'");
-    for (const double v : T_base_sensor.t)
+    for (const double v : T_base_sensor.at)
       if (!(std::fabs(v) <= kMostOffset_m))
         throw Error(path, 0,
                     "link '" + link + "' lies more than 100 m from " + (base.empty() ? "its root" : "'" + base + "'"));
-    const auto& r = T_base_sensor.r;
-    sensor.x_m = tidy(T_base_sensor.t[0]);
-    sensor.y_m = tidy(T_base_sensor.t[1]);
-    sensor.z_m = tidy(T_base_sensor.t[2]);
-    sensor.roll_deg = tidy(std::atan2(r[7], r[8]) * kDegrees);
-    sensor.pitch_deg = tidy(std::atan2(-r[6], std::hypot(r[7], r[8])) * kDegrees);
-    sensor.yaw_deg = tidy(std::atan2(r[3], r[0]) * kDegrees);
+    const auto& [x, y, z] = T_base_sensor.axes;
+    sensor.x_m = tidy(T_base_sensor.at[0]);
+    sensor.y_m = tidy(T_base_sensor.at[1]);
+    sensor.z_m = tidy(T_base_sensor.at[2]);
+    sensor.roll_deg = tidy(deg(std::atan2(y[2], z[2])));
+    sensor.pitch_deg = tidy(deg(std::atan2(-x[2], std::hypot(y[2], z[2]))));
+    sensor.yaw_deg = tidy(deg(std::atan2(x[1], x[0])));
     if (rig.cloud_in_vehicle_frame && (sensor.roll_deg != 0 || sensor.pitch_deg != 0 || sensor.yaw_deg != 0))
       throw Error(path, 0,
                   "link '" + link + "' is turned, but the clouds of rig '" + rig.name +

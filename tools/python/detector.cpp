@@ -25,13 +25,29 @@ ovt_sensor_def to_sensor(const py::dict& from) {
   bool wraps = false;
   take(from, "wraps", wraps);
   def.wraps = wraps;
-  // clang-format off
-#define OVT_TAKE(name) take(from, #name, def.name);
-  OVT_TAKE(x_m) OVT_TAKE(y_m) OVT_TAKE(z_m) OVT_TAKE(roll_rad) OVT_TAKE(pitch_rad) OVT_TAKE(yaw_rad) OVT_TAKE(rows)
-  OVT_TAKE(cols) OVT_TAKE(azimuth_left_rad) OVT_TAKE(azimuth_right_rad) OVT_TAKE(range_min_m) OVT_TAKE(range_max_m)
-  OVT_TAKE(layer_first) OVT_TAKE(layer_last) OVT_TAKE(point_capacity);
-#undef OVT_TAKE
-  // clang-format on
+#define OVT_SENSOR_FIELD(field) take(from, #field, def.field);
+#include "tools/python/sensor_fields.def"
+  return def;
+}
+
+// The columns lie in the arrays of `fields`, or in those of `kept`.
+ovt_map_def to_map(const py::dict& fields, std::vector<py::object>& kept) {
+  ovt_map_def def = ovt_default_map_def();
+  const auto column = [&](const char* name, RowCount& rows) {
+    return fields.contains(name) ? as_doubles(fields[name], name, rows, kept) : nullptr;
+  };
+  RowCount center, left, right;
+  def.x_m = column("x_m", center), def.y_m = column("y_m", center);
+  def.width_left_m = column("width_left_m", center), def.width_right_m = column("width_right_m", center);
+  def.banking_rad = column("banking_rad", center);
+  def.left_x_m = column("left_x_m", left), def.left_y_m = column("left_y_m", left);
+  def.right_x_m = column("right_x_m", right), def.right_y_m = column("right_y_m", right);
+  def.count = center.value("map");
+  def.left_count = left.value("map");
+  def.right_count = right.value("map");
+  bool closed = true;
+  take(fields, "closed", closed);
+  def.closed = closed;
   return def;
 }
 
@@ -90,26 +106,9 @@ Detector::Detector(const py::list& sensors, const ParamSet& params, const py::ob
   }
   sensors_ = names;
 
-  ovt_map_def map_def = ovt_default_map_def();
   std::vector<py::object> kept;
-  if (!map.is_none()) {
-    const auto fields = py::reinterpret_borrow<py::dict>(map);
-    const auto column = [&](const char* name, RowCount& rows) {
-      return fields.contains(name) ? as_doubles(fields[name], name, rows, kept) : nullptr;
-    };
-    RowCount center, left, right;
-    map_def.x_m = column("x_m", center), map_def.y_m = column("y_m", center);
-    map_def.width_left_m = column("width_left_m", center), map_def.width_right_m = column("width_right_m", center);
-    map_def.banking_rad = column("banking_rad", center);
-    map_def.left_x_m = column("left_x_m", left), map_def.left_y_m = column("left_y_m", left);
-    map_def.right_x_m = column("right_x_m", right), map_def.right_y_m = column("right_y_m", right);
-    map_def.count = center.value("map");
-    map_def.left_count = left.value("map");
-    map_def.right_count = right.value("map");
-    bool closed = true;
-    take(fields, "closed", closed);
-    map_def.closed = closed;
-  }
+  ovt_map_def map_def = ovt_default_map_def();
+  if (!map.is_none()) map_def = to_map(py::reinterpret_borrow<py::dict>(map), kept);
 
   bool every_frame = false;
   CopyOptions copies;

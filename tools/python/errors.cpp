@@ -65,31 +65,12 @@ void add_enums(py::module_& module) {
                                 {"WRONG_THREAD", OVT_WRONG_THREAD},
                                 {"NOT_COMPUTED", OVT_NOT_COMPUTED}});
   for (std::size_t i = 0; i < status_members.size(); ++i) status_members[i] = status(py::int_(i)).release().ptr();
-  flag_class = new_enum(module, "IntFlag", "Flag", "Bits of Frame.flags, as OVT_FLAG_... of the C API.",
-                        {{"NO_EGO", OVT_FLAG_NO_EGO},
-                         {"NO_MAP", OVT_FLAG_NO_MAP},
-                         {"SENSOR_MISSING", OVT_FLAG_SENSOR_MISSING},
-                         {"SENSOR_STALE", OVT_FLAG_SENSOR_STALE},
-                         {"EGO_STALE", OVT_FLAG_EGO_STALE},
-                         {"CLOUD_DEGRADED", OVT_FLAG_CLOUD_DEGRADED},
-                         {"NO_DATA", OVT_FLAG_NO_DATA},
-                         {"OVERFLOW", OVT_FLAG_OVERFLOW},
-                         {"CLOCK_JUMP", OVT_FLAG_CLOCK_JUMP},
-                         {"DEADLINE_MISSED", OVT_FLAG_DEADLINE_MISSED},
-                         {"EXTERNAL", OVT_FLAG_EXTERNAL},
-                         {"OUT_OF_SEQUENCE", OVT_FLAG_OUT_OF_SEQUENCE},
-                         {"PREDICTION", OVT_FLAG_PREDICTION},
-                         {"EXCEPTION", OVT_FLAG_EXCEPTION},
-                         {"EGO_OFF_MAP", OVT_FLAG_EGO_OFF_MAP},
-                         {"WORK_LIMIT", OVT_FLAG_WORK_LIMIT},
-                         {"CLOCK_SUSPECT", OVT_FLAG_CLOCK_SUSPECT},
-                         {"EGO_HEADING", OVT_FLAG_EGO_HEADING},
-                         {"SCAN_INCOMPLETE", OVT_FLAG_SCAN_INCOMPLETE},
-                         {"NO_GROUND", OVT_FLAG_NO_GROUND},
-                         {"EGO_JUMP", OVT_FLAG_EGO_JUMP},
-                         {"VIEW_BLOCKED", OVT_FLAG_VIEW_BLOCKED}})
-                   .release()
-                   .ptr();
+  const Members flags = {
+#define OVT_FRAME_FLAG(name) {#name, OVT_FLAG_##name},
+#include "pipeline/stats.def"
+  };
+  flag_class =
+      new_enum(module, "IntFlag", "Flag", "Bits of Frame.flags, as OVT_FLAG_... of the C API.", flags).release().ptr();
   new_enum(module, "IntFlag", "TrackFlag", "Bits of Tracks.flags.",
            {{"COASTING", OVT_TRACK_COASTING}, {"UNOBSERVED", OVT_TRACK_UNOBSERVED}, {"STALE", OVT_TRACK_STALE}});
   new_enum(module, "IntEnum", "TrackState", "Values of Tracks.state.",

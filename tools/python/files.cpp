@@ -22,13 +22,8 @@ py::dict load_rig(const std::string& name) {
     const ovt_sensor_def def = cli::to_sensor_def(sensor);
     py::dict fields;
     fields["name"] = sensor.name;
-    // clang-format off
-#define OVT_PUT(field) fields[#field] = def.field;
-  OVT_PUT(x_m) OVT_PUT(y_m) OVT_PUT(z_m) OVT_PUT(roll_rad) OVT_PUT(pitch_rad) OVT_PUT(yaw_rad) OVT_PUT(rows)
-  OVT_PUT(cols) OVT_PUT(azimuth_left_rad) OVT_PUT(azimuth_right_rad) OVT_PUT(range_min_m) OVT_PUT(range_max_m)
-  OVT_PUT(layer_first) OVT_PUT(layer_last) OVT_PUT(point_capacity);
-#undef OVT_PUT
-    // clang-format on
+#define OVT_SENSOR_FIELD(field) fields[#field] = def.field;
+#include "tools/python/sensor_fields.def"
     fields["wraps"] = def.wraps != 0;
     sensors.append(fields);
   }

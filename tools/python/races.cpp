@@ -7,9 +7,7 @@
 
 #include <map>
 #include <mutex>
-#include <stdexcept>
 
-#include "tools/io/error.h"
 #include "tools/io/output.h"
 #include "tools/python/files.h"
 #include "tools/sim/log_writer.h"
@@ -57,7 +55,7 @@ struct TruthColumns {
   }
 };
 
-py::dict simulate(const std::string& scenario_name, uint64_t seed, const std::string& out, double seconds,
+py::dict simulate(const std::string& scenario, uint64_t seed, const std::string& out, double seconds,
                   const std::string& ego, const py::object& workers_given, bool force) {
   static std::mutex one_guard;  // of outputs exists in a process (tools/io/output.h)
   const int32_t workers = to_workers(workers_given);
@@ -68,18 +66,8 @@ py::dict simulate(const std::string& scenario_name, uint64_t seed, const std::st
     const py::gil_scoped_release release;
     const std::lock_guard lock(one_guard);
     io::OutputGuard guard(force);
-    if (!sim::is_builtin_scenario(scenario_name)) guard.add_input(scenario_name);
-    sim::Scenario scenario = sim::load_scenario(scenario_name);
-    if (!ego.empty()) {
-      if (scenario.find_car(ego) < 0) throw io::Error(scenario_name, 0, "no car is named '" + ego + "'");
-      scenario.ego = ego;
-    }
-    std::unique_ptr<sim::Simulator> simulator;
-    try {
-      simulator = std::make_unique<sim::Simulator>(scenario, seed, seconds, workers);
-    } catch (const std::invalid_argument& error) {
-      throw io::Error(scenario_name, 0, error.what());
-    }
+    if (!sim::is_builtin_scenario(scenario)) guard.add_input(scenario);
+    const auto simulator = sim::make_simulator(scenario, ego, "", seed, seconds, workers);
     const bool is_mcap = sim::is_mcap_name(out, out);
     if (!is_mcap) guard.add_folder(out);
     const auto log = is_mcap ? sim::make_mcap_log(out, *simulator, seed) : sim::make_folder_log(out, *simulator, seed);
@@ -94,8 +82,6 @@ py::dict simulate(const std::string& scenario_name, uint64_t seed, const std::st
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     }
     log->close("");
-    if (!is_mcap)
-      for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard.remove_leftovers(out, "", ending);
     guard.commit();
   }
   py::dict made;

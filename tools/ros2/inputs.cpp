@@ -55,28 +55,6 @@ constexpr int64_t kClockBack_ns = -100'000'000;
 
 std::string seconds(int64_t ns) { return cli::fixed(double(ns) * 1e-9, 1) + " s"; }
 
-ovt_column to_column(const io::ColumnView& view) {
-  static constexpr int32_t kType[] = {OVT_F32, OVT_F64, OVT_I8,  OVT_U8,   OVT_I16,
-                                      OVT_U16, OVT_I32, OVT_U32, OVT_NONE, OVT_NONE};
-  if (!view.data) return {nullptr, 0, 0, OVT_NONE};
-  return {view.data, view.bytes, view.stride, kType[std::size_t(view.type)]};
-}
-
-ovt_points to_points(const io::CloudView& view, int32_t sensor) {
-  ovt_points points = ovt_default_points();
-  points.sensor = sensor;
-  points.count = view.count;
-  points.stamp_ns = view.stamp_ns;
-  points.x = to_column(view.x);
-  points.y = to_column(view.y);
-  points.z = to_column(view.z);
-  points.layer = to_column(view.layer);
-  points.intensity = to_column(view.intensity);
-  points.time = to_column(view.time);
-  points.time_unit_ns = 1;
-  return points;
-}
-
 // Calls use(sample, info) for each sample that waits, and returns their number.
 template <class Use>
 int64_t take_serialised(dds_entity_t reader, Use&& use) {
@@ -351,7 +329,7 @@ void Inputs::push_cloud(std::size_t cloud, const Waiting& waiting, int64_t now_n
       const std::string why_not = io::view_in_place(waiting.cloud, rig_, sensor, view);
       how_[cloud] = why_not.empty() ? "in place" : "by a copy: " + why_not;
       if (why_not.empty())
-        push_scan(input, sensor, to_points(view, sensor), now_ns);
+        push_scan(input, sensor, cli::to_points(view, sensor), now_ns);
       else
         push_scan(input, sensor,
                   cli::to_points(io::scan_of_message(input.topic, waiting.sample->bytes(), rig_, sensor)), now_ns);

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "pipeline/overtake.h"
+#include "tools/io/base64.h"
 #include "tools/io/json_text.h"
 
 namespace overtake::serve {
@@ -24,17 +25,6 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kProtocols[] = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
 constexpr std::chrono::milliseconds kStalled(100), kLeft(200);
 constexpr std::size_t kMostAnswers = 64;  // that wait for a client which asks and does not read
-
-std::string encode_base64(std::string_view bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (i + k < bytes.size() ? uint8_t(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kDigits[word >> (18 - 6 * k) & 63];
-  }
-  return out;
-}
 
 SocketMessage text_message(const Json& json) { return {true, io::dump_json(json), nullptr}; }
 
@@ -49,7 +39,7 @@ Json describe(const cli::ViewChannel& channel) {
           {"topic", channel.topic},
           {"encoding", channel.encoding},
           {"schemaName", channel.schema},
-          {"schema", binary ? encode_base64(channel.schema_data) : channel.schema_data},
+          {"schema", binary ? io::encode_base64(channel.schema_data) : channel.schema_data},
           {"schemaEncoding", channel.schema_encoding}};
 }
 

@@ -72,7 +72,13 @@ class FolderLog : public LogWriter {
     }
   }
 
-  void close(const std::string&) override { truth_.flush(); }  // its file names show that it is partial
+  void close(const std::string& partial) override {
+    truth_.flush();
+    io::OutputGuard* guard = io::OutputGuard::current();
+    if (!guard || !partial.empty()) return;  // the file names of a partial one show that
+    // Of another race: scans of a longer or an interrupted one, map and poses that this one lacks.
+    for (const char* ending : {".pcd", "map.csv", "ego.csv"}) guard->remove_leftovers(folder_.string(), "", ending);
+  }
 
  private:
   static fs::path make(const std::string& folder) {

@@ -3,6 +3,9 @@
 #include "tools/sim/simulator.h"
 
 #include <algorithm>
+#include <stdexcept>
+
+#include "tools/io/error.h"
 
 namespace overtake::sim {
 namespace {
@@ -123,6 +126,23 @@ SurveyedMap Simulator::map() const {
     map.banking_rad.push_back(p.banking_rad);
   }
   return map;
+}
+
+std::unique_ptr<Simulator> make_simulator(const std::string& file_or_name, const std::string& ego,
+                                          const std::string& pattern, uint64_t seed, double seconds,
+                                          int32_t worker_count) {
+  Scenario scenario = load_scenario(file_or_name);
+  if (!ego.empty()) {
+    if (scenario.find_car(ego) < 0) throw io::Error(file_or_name, 0, "no car is named '" + ego + "'");
+    scenario.ego = ego;
+  }
+  try {
+    if (!pattern.empty())
+      for (PatternChange& change : scenario.patterns) change.pattern.kind = pattern_kind(pattern);
+    return std::make_unique<Simulator>(scenario, seed, seconds, worker_count);
+  } catch (const std::invalid_argument& error) {
+    throw io::Error(file_or_name, 0, error.what());
+  }
 }
 
 }  // namespace overtake::sim

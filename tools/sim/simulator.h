@@ -5,6 +5,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "tools/io/rig.h"
 #include "tools/sim/scanner.h"
@@ -52,5 +53,10 @@ class Simulator {
   OwnCarMask own_car_[kSensors];
   std::vector<double> begin_s_;
 };
+
+// Of a scenario's name or file; `ego` and `pattern`, unless empty, replace the scenario's. Throws io::Error.
+std::unique_ptr<Simulator> make_simulator(const std::string& scenario, const std::string& ego,
+                                          const std::string& pattern, uint64_t seed, double seconds,
+                                          int32_t worker_count);
 
 }  // namespace overtake::sim

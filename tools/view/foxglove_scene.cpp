@@ -1,13 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/view/foxglove_scene.h"
-#include "tools/io/angles.h"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 
 #include <cmath>
 #include <set>
+
+#include "tools/io/angles.h"
+#include "tools/io/ros_messages.h"
 
 namespace overtake::cli {
 namespace {
@@ -58,13 +60,12 @@ void set_vector(foxglove::Vector3& vector, double x, double y, double z) {
 }
 
 void set_rotation(foxglove::Quaternion& q, double roll_rad, double pitch_rad, double yaw_rad) {
-  const double cr = std::cos(roll_rad / 2), sr = std::sin(roll_rad / 2);
-  const double cp = std::cos(pitch_rad / 2), sp = std::sin(pitch_rad / 2);
-  const double cy = std::cos(yaw_rad / 2), sy = std::sin(yaw_rad / 2);
-  q.set_x(sr * cp * cy - cr * sp * sy);
-  q.set_y(cr * sp * cy + sr * cp * sy);
-  q.set_z(cr * cp * sy - sr * sp * cy);
-  q.set_w(cr * cp * cy + sr * sp * sy);
+  io::RosPose pose;
+  io::set_rotation(pose, roll_rad, pitch_rad, yaw_rad);
+  q.set_x(pose.qx);
+  q.set_y(pose.qy);
+  q.set_z(pose.qz);
+  q.set_w(pose.qw);
 }
 
 void delete_all(foxglove::SceneUpdate& update, int64_t stamp_ns) {

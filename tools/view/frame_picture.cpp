@@ -10,6 +10,7 @@
 #include "tools/client/result_files.h"
 #include "tools/client/session.h"
 #include "tools/io/lettering.h"
+#include "tools/io/mounting.h"
 #include "tools/view/canvas.h"
 
 namespace overtake::cli {
@@ -82,19 +83,14 @@ void draw_points(Canvas& canvas, ovt_reader* reader, const io::Rig& rig, const o
       const ovt_status status = ovt_read_labels(reader, int32_t(s), &labels);
       if (status == OVT_NO_FRAME) continue;
       check(status, "labels");
-      const ovt_sensor_def mount = to_sensor_def(rig.sensors[s]);
-      const double cr = std::cos(mount.roll_rad), sr = std::sin(mount.roll_rad);
-      const double cp = std::cos(mount.pitch_rad), sp = std::sin(mount.pitch_rad);
-      const double cy = std::cos(mount.yaw_rad), sy = std::sin(mount.yaw_rad);
+      const io::Mounting mounting(rig.sensors[s]);
       for (int32_t i = 0; i < labels.count; ++i) {
         const int32_t label = labels.label[i], cluster = label > 0 ? labels.cluster_of_label[label] : -1;
         const bool detected =
             cluster >= 0 && std::size_t(cluster) < is_detection.size() && is_detection[std::size_t(cluster)];
         if ((label < 1 ? 0 : detected ? 2 : 1) != pass) continue;
-        const double x = double(labels.x_m[i]), y = double(labels.y_m[i]), z = double(labels.z_m[i]);
-        const double px = cy * cp * x + (cy * sp * sr - sy * cr) * y + (cy * sp * cr + sy * sr) * z + mount.x_m;
-        const double py = sy * cp * x + (sy * sp * sr + cy * cr) * y + (sy * sp * cr - cy * sr) * z + mount.y_m;
-        canvas.dot({px, py}, pass == 2 ? kDetection : pass == 1 ? kPoint : kGround, pass == 2 ? 4 : 3);
+        const auto at = mounting.to_vehicle(double(labels.x_m[i]), double(labels.y_m[i]), double(labels.z_m[i]));
+        canvas.dot({at[0], at[1]}, pass == 2 ? kDetection : pass == 1 ? kPoint : kGround, pass == 2 ? 4 : 3);
       }
     }
 }

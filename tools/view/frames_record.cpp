@@ -9,38 +9,12 @@
 
 #include "tools/client/result_files.h"
 #include "tools/io/json_text.h"
+#include "tools/io/text.h"
 
 namespace overtake::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-struct FlagName {
-  uint32_t flag;
-  const char* name;
-};
-constexpr FlagName kFlagNames[] = {{OVT_FLAG_NO_EGO, "no_ego"},
-                                   {OVT_FLAG_NO_MAP, "no_map"},
-                                   {OVT_FLAG_SENSOR_MISSING, "sensor_missing"},
-                                   {OVT_FLAG_SENSOR_STALE, "sensor_stale"},
-                                   {OVT_FLAG_EGO_STALE, "ego_stale"},
-                                   {OVT_FLAG_CLOUD_DEGRADED, "cloud_degraded"},
-                                   {OVT_FLAG_NO_DATA, "no_data"},
-                                   {OVT_FLAG_OVERFLOW, "overflow"},
-                                   {OVT_FLAG_CLOCK_JUMP, "clock_jump"},
-                                   {OVT_FLAG_DEADLINE_MISSED, "deadline_missed"},
-                                   {OVT_FLAG_EXTERNAL, "external"},
-                                   {OVT_FLAG_OUT_OF_SEQUENCE, "out_of_sequence"},
-                                   {OVT_FLAG_PREDICTION, "prediction"},
-                                   {OVT_FLAG_EXCEPTION, "exception"},
-                                   {OVT_FLAG_EGO_OFF_MAP, "ego_off_map"},
-                                   {OVT_FLAG_WORK_LIMIT, "work_limit"},
-                                   {OVT_FLAG_CLOCK_SUSPECT, "clock_suspect"},
-                                   {OVT_FLAG_EGO_HEADING, "ego_heading"},
-                                   {OVT_FLAG_SCAN_INCOMPLETE, "scan_incomplete"},
-                                   {OVT_FLAG_NO_GROUND, "no_ground"},
-                                   {OVT_FLAG_EGO_JUMP, "ego_jump"},
-                                   {OVT_FLAG_VIEW_BLOCKED, "view_blocked"}};
 
 // Whole microseconds from 100 us on, else one decimal: short, and never off by more than half a percent or 0.05 us.
 Json short_us(double us) {
@@ -102,7 +76,8 @@ std::string FramesRecord::format() const {
                              {"stage", ovt_stage_name(int32_t(k % OVT_STAGE_COUNT))},
                              {"us", times(k)}});
   }
-  for (const FlagName& flag : kFlagNames) out["flag_names"][std::to_string(flag.flag)] = flag.name;
+#define OVT_FRAME_FLAG(name) out["flag_names"][std::to_string(OVT_FLAG_##name)] = io::lower_case(#name);
+#include "pipeline/stats.def"
   out["reason_names"] = Json::array();
   for (int32_t reason = 0; ovt_reason_name(reason); ++reason) out["reason_names"].push_back(ovt_reason_name(reason));
   return io::dump_json(out);

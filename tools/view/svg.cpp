@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tools/io/base64.h"
+
 namespace overtake::evaluation {
 namespace {
 
@@ -33,18 +35,6 @@ std::string svg_number(double value) {
   std::string out = text;
   out.erase(out.find_last_not_of('0') + 1);
   if (out.back() == '.') out.pop_back();
-  return out;
-}
-
-std::string encode_base64(const std::string& bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (i + k < bytes.size() ? uint8_t(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k)
-      out += i + k <= bytes.size() ? kDigits[bits >> (18 - 6 * k) & 63] : '=';  // k digits hold k bytes and a bit
-  }
   return out;
 }
 
@@ -91,7 +81,7 @@ void Svg::rectangle(double x, double y, double width, double height, const std::
 void Svg::image(double x, double y, double width, double height, const io::Picture& picture) {
   add("<image" + attribute("x", x) + attribute("y", y) + attribute("width", width) + attribute("height", height) +
       " preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"data:image/png;base64," +
-      encode_base64(io::encode_png(picture)) + "\"/>");
+      io::encode_base64(io::encode_png(picture)) + "\"/>");
 }
 
 }  // namespace overtake::evaluation

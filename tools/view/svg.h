@@ -43,6 +43,5 @@ inline constexpr const char* kGridLine = " class=\"grid\" stroke=\"#e2e2e2\"";
 
 std::string escape_xml(const std::string& text);
 std::string svg_number(double value);  // at most two digits after the point
-std::string encode_base64(const std::string& bytes);
 
 }  // namespace overtake::evaluation
