@@ -28,6 +28,8 @@ struct SensorModel {
   bool wraps = false;  // the columns cover a full turn: column 0 is the right neighbour of the last
   float range_min_m = 0, range_max_m = 0;
   int32_t layer_first = 0, layer_last = 65535;
+  bool is_compensated = false;  // all points of a scan are placed as seen compensated_to_ns after its stamp
+  int64_t compensated_to_ns = 0;
   Transform T_vehicle_sensor;
   float mounting_yaw_rad = 0;  // azimuth of the sensor's x axis in the vehicle frame, in (-pi, pi]
 };

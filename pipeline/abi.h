@@ -21,6 +21,8 @@ inline constexpr size_t kFirstSize<ovt_detector_def> = offsetof(ovt_detector_def
 template <>
 inline constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, refiltered);  // stale_mask fills padding
 template <>
+inline constexpr size_t kFirstSize<ovt_sensor_def> = offsetof(ovt_sensor_def, compensated_to_s);
+template <>
 inline constexpr size_t kFirstSize<ovt_points> = offsetof(ovt_points, first);
 template <>
 inline constexpr size_t kFirstSize<ovt_tracks> = offsetof(ovt_tracks, flags);

@@ -46,6 +46,8 @@ const char* find_bad_sensor_field(const ovt_sensor_def& def) {
   if (def.layer_first < 0 || def.layer_last > 65535 || def.layer_first > def.layer_last)
     return "layer_first and layer_last must satisfy 0 <= first <= last <= 65535";
   if (def.point_capacity < 1 || def.point_capacity > 16'000'000) return "point_capacity must be 1 to 16,000,000";
+  if (!std::isnan(def.compensated_to_s) && !(std::fabs(def.compensated_to_s) <= 1.0))
+    return "compensated_to_s must be NaN or within +-1 s";
   return nullptr;
 }
 
@@ -184,6 +186,8 @@ ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params
                               in.range_min_m, in.range_max_m);
     model.layer_first = in.layer_first;
     model.layer_last = in.layer_last;
+    model.is_compensated = !std::isnan(in.compensated_to_s);
+    if (model.is_compensated) model.compensated_to_ns = int64_t(std::llround(in.compensated_to_s * 1e9));
     model.T_vehicle_sensor = make_transform(in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad);
     if (!(model.T_vehicle_sensor.r[8] > kLeastUp))
       return bad(

@@ -126,7 +126,11 @@ int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t s
                       const NearLine& near, const NearestWall* nearest, WallPoint* out) noexcept {
   const SensorPart& part = frame.sensors[sensor];
   const CentreLine& line = near.line;
-  const auto offset_of = [&](int32_t row) { return part.scan.time_offset_ns[part.cluster_points.point[row]]; };
+  const SensorModel& model = context.sensors[sensor];
+  const auto offset_of = [&](int32_t row) {
+    return model.is_compensated ? int32_t(model.compensated_to_ns)
+                                : part.scan.time_offset_ns[part.cluster_points.point[row]];
+  };
   int32_t rows[kWallDirections], offset_ns[kWallDirections], count = 0, first_ns = INT32_MAX, last_ns = INT32_MIN;
   float last_x_m = kFar_m, last_y_m = kFar_m;
   for (int32_t i = 0; i < kWallDirections; ++i) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "core/float_mode.h"
@@ -239,7 +240,7 @@ void ovt_read_build_info_sized(ovt_build_info* out, size_t out_size) {
 }
 
 ovt_status ovt_sensor_def_init(ovt_sensor_def* out, size_t struct_size) {
-  constexpr double kSixtyDegrees = 1.0471975511965977;
+  constexpr double kSixtyDegrees = 1.0471975511965977, kNotCompensated = std::numeric_limits<double>::quiet_NaN();
   ovt_sensor_def def{};
   def.rows = 32;
   def.cols = 857;
@@ -248,6 +249,7 @@ ovt_status ovt_sensor_def_init(ovt_sensor_def* out, size_t struct_size) {
   def.range_min_m = 0.5;
   def.range_max_m = 300.0;
   def.layer_last = 65535;
+  def.compensated_to_s = kNotCompensated;
   def.point_capacity = 65536;
   return init(out, struct_size, def);
 }

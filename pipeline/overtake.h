@@ -256,6 +256,11 @@ typedef struct ovt_sensor_def {
   double range_min_m, range_max_m;   /* points outside are dropped */
   int32_t layer_first, layer_last;   /* layers of this sensor; others are dropped */
   int32_t point_capacity;            /* points per scan; a larger scan is refused and counted (pushed, dropped) */
+  /* since 0.2 */
+  double compensated_to_s;           /* NaN, the default: points are as measured. Else the driver has compensated them
+                                        for the motion of the vehicle: all are placed as seen this long after the
+                                        scan's stamp, +-1 s (0: at the stamp). Push the times of measurement with
+                                        them all the same: other cars moved between */
 } ovt_sensor_def;
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
@@ -462,9 +467,10 @@ static inline ovt_column ovt_make_column(const void* records, const void* member
   ovt_make_column((records), &(records)->member, (int64_t)(count), sizeof *(records), (type))
 
 /* One scan of one sensor, sensor frame.
- *   x, y, z      float32 or float64; as measured, never compensated for the motion of the vehicle during the scan
+ *   x, y, z      float32 or float64; as measured, not compensated for the motion of the vehicle during the scan, unless
+ *                ovt_sensor_def.compensated_to_s says so
  *   layer        any integer, or floats that hold integers; 0..65535. The id of the point's ring
- *   intensity    any type, optional; absent: 0. A reflectivity, not a signal that falls with the range (smoke is dark)
+ *   intensity    any type, optional; absent: 0. A reflectivity, or a signal that falls with the range (smoke is dark)
  *   time         any type, optional: the point's offset after the scan's stamp, in units of time_unit_ns. Beyond
  *                +-2.147 s it counts as 0, like an absent time. So subtract the stamp from times since 1970 or since
  *                midnight before: without offsets a scan is not corrected for the motion during it */

@@ -86,6 +86,13 @@ void find_ego_on_map(const StageContext& context, Frame& frame) noexcept {
   frame.uses_map = off_m <= context.detect.ego_margin_m;
 }
 
+int64_t find_pose_time(const StageContext& context, const Frame& frame, int32_t row) noexcept {
+  const int32_t s = frame.merged.main_sensor[row];
+  const SensorModel& sensor = context.sensors[s];
+  return sensor.is_compensated ? later_ns(frame.sensors[s].stamp_ns, sensor.compensated_to_ns)
+                               : frame.merged.stamp_ns[row];
+}
+
 void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
   const GateClustersParams& by_size = context.detect.gate_clusters;
@@ -105,7 +112,8 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept {
   const double margin = outside_m > 0.0 ? std::max(map_margin_m, outside_m) : map_margin_m;
   EgoState ego;
   const auto is_on_circuit = [&](int32_t row, MapProjection& place) {
-    if (!frame.uses_map || !frame.ego.at(merged.stamp_ns[row], ego) || ego.age_ns > kEgoFreshNs) return true;
+    const int64_t pose_ns = find_pose_time(context, frame, row);
+    if (!frame.uses_map || !frame.ego.at(pose_ns, ego) || ego.age_ns > kEgoFreshNs) return true;
     double x, y;
     ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
     place = context.map->project(x, y, place.segment);

@@ -300,7 +300,9 @@ TEST_CASE("columns: the JSON has every column and value of detections and tracks
     const Json& row = json.at(rows).at(0);
     const Json& row_schema = schema.at(rows).at("items").at("properties");
     CHECK(keys_of(row) == keys_of(row_schema));
-    for (const auto& [key, value] : row.items()) {
+    for (const auto& item : row.items()) {
+      const std::string& key = item.key();
+      const Json& value = item.value();
       CAPTURE(key);
       const Json& of = row_schema.at(key);
       if (of.contains("enum"))

@@ -652,6 +652,8 @@ TEST_CASE("detector: every bad def gets its status and a sentence that names the
       {[](Small& s) { s.sensor.range_max_m = 0.1; }, OVT_BAD_ARGUMENT, "range_max_m"},
       {[](Small& s) { s.sensor.layer_first = -1; }, OVT_BAD_ARGUMENT, "layer_first"},
       {[](Small& s) { s.sensor.point_capacity = 0; }, OVT_BAD_ARGUMENT, "point_capacity"},
+      {[](Small& s) { s.sensor.compensated_to_s = -1.01; }, OVT_BAD_ARGUMENT, "compensated_to_s"},
+      {[](Small& s) { s.sensor.compensated_to_s = HUGE_VAL; }, OVT_BAD_ARGUMENT, "compensated_to_s"},
   };
   for (const Row& row : rows) {
     Small small;

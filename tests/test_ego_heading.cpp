@@ -72,8 +72,14 @@ struct WallScene {
   std::unique_ptr<Frame> frame = std::make_unique<Frame>();
   std::vector<SensorModel> models;
   std::vector<int32_t> capacity;
-  double begin_s = 0;  // of the scan, after its stamp
+  double begin_s = 0;   // of the scan, after its stamp
+  double placed_s = 0;  // where a driver compensates to; read if the sensor is compensated
 
+  void compensate(double to_s) {
+    placed_s = to_s;
+    context.sensors[0].is_compensated = true;
+    context.sensors[0].compensated_to_ns = int64_t(std::llround(to_s * 1e9));
+  }
   WallScene(const Course& track, const Drive& way, const Rig& sensors = {}) : course(track), drive(way), rig(sensors) {
     context.sensor_count = int32_t(rig.mounting_error_rad.size());
     context.map = &course.map;
@@ -113,9 +119,11 @@ struct WallScene {
     const int32_t count = int32_t((to_s - from_s) / step_m);
     for (int32_t i = 0; i <= count; ++i) {
       const double s = from_s + (to_s - from_s) * i / std::max(count, 1);
-      const double t = begin_s + 0.05 * i / std::max(count, 1), ego_s = drive.s_at(t);
+      const double t = begin_s + 0.05 * i / std::max(count, 1);
+      const double seen_s = context.sensors[sensor].is_compensated ? placed_s : t, ego_s = drive.s_at(seen_s);
       const Place p = course.at(s, d_of(s)), ego = course.at(ego_s, drive.d_m);
-      const double yaw = course.heading(ego_s) + drive.swerve_rps * t + rig.mounting_error_rad[std::size_t(sensor)];
+      const double yaw =
+          course.heading(ego_s) + drive.swerve_rps * seen_s + rig.mounting_error_rad[std::size_t(sensor)];
       const double dx = p.x - ego.x, dy = p.y - ego.y, co = std::cos(yaw), si = std::sin(yaw);
       points.push_back({dx * co + dy * si, dy * co - dx * si, 0.5});
       offsets.push_back(int32_t(t * 1e9));
@@ -213,6 +221,17 @@ TEST_CASE("walls: points may be older than the scan's stamp") {
     scene.add_wall(-60, 90, kOuter);
     check_offset(scene.measure(), -0.7 * kDeg, 0.02);
   }
+}
+
+TEST_CASE("walls: points that a driver has compensated for the motion of the vehicle") {
+  for (const double radius : {300.0, 0.0})
+    for (const double to_s : {-0.05, 0.0, 0.05, 0.1}) {
+      const Course course(radius);
+      WallScene scene(course, {.speed_mps = 60, .error_rad = -0.7 * kDeg, .swerve_rps = radius > 0 ? 0.0 : 0.3});
+      scene.compensate(to_s);
+      scene.add_wall(-60, 90, kOuter);
+      check_offset(scene.measure(), -0.7 * kDeg, 0.02);
+    }
 }
 
 TEST_CASE("walls: points with an impossible time do not count") {

@@ -68,6 +68,19 @@ TEST_CASE("rig: the built-in rigs have their makers' values") {
   CHECK(io::load_rig("av2").sensors[1].layer_first == 32);
 }
 
+TEST_CASE("rig: whether a driver compensates for the motion of the vehicle") {
+  const auto rig_of = [](const std::string& more) { return io::parse_rig("rig.toml", kGood + more); };
+  CHECK_FALSE(rig_of("").sensors[0].compensated_to_s);
+  for (const double to_s : {0.0, -0.1, 0.05}) {
+    const io::Rig rig = rig_of("compensated_to_s = " + std::to_string(to_s) + "\n");
+    REQUIRE(rig.sensors[0].compensated_to_s);
+    CHECK(*rig.sensors[0].compensated_to_s == to_s);
+    CHECK(io::parse_rig("again.toml", io::format_rig(rig)).sensors[0].compensated_to_s ==
+          rig.sensors[0].compensated_to_s);
+  }
+  CHECK_THROWS(rig_of("compensated_to_s = 2\n"));
+}
+
 TEST_CASE("rig: point_capacity has the library's limit") {
   const auto rig_of = [](const char* points) {
     return io::parse_rig("rig.toml", kGood + std::string("point_capacity = ") + points + "\n");

@@ -122,6 +122,26 @@ TEST_CASE("pose by view: of a car at the edge of all fields of view the end that
   CHECK(whole.sigma_x_m < 0.1);
 }
 
+TEST_CASE("pose by view: a driver that compensates for the motion of the vehicle tells whose pose a place belongs to") {
+  RulesBench bench;
+  bench.look({car_at(20, 0)});
+  for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i)
+    bench.frame.sensors[0].scan.time_offset_ns[i] = 30'000'000;
+  bench.frame.sensors[0].clusters.sum_offset_ns[0] =
+      int64_t(bench.frame.sensors[0].clusters.point_count[0]) * 30'000'000;
+  bench.run("merge_seams");
+  REQUIRE(bench.frame.merged.count == 1);
+  const int64_t stamp_ns = bench.frame.sensors[0].stamp_ns;
+  CHECK(bench.frame.merged.stamp_ns[0] == stamp_ns + 30'000'000);
+  CHECK(find_pose_time(bench.context, bench.frame, 0) == stamp_ns + 30'000'000);
+  bench.context.sensors[0].is_compensated = true;
+  for (const int64_t to_ns : {int64_t(0), int64_t(-20'000'000), int64_t(50'000'000)}) {
+    bench.context.sensors[0].compensated_to_ns = to_ns;
+    CHECK(find_pose_time(bench.context, bench.frame, 0) == stamp_ns + to_ns);
+  }
+  CHECK(bench.frame.merged.stamp_ns[0] == stamp_ns + 30'000'000);
+}
+
 TEST_CASE("pose by view: of a car at a gap of all views the end that is seen counts") {
   // Dirt on the window of sensor 0 stops the light from from_deg to to_deg, on one side.
   const auto look = [](double side, double from_deg, double to_deg, bool others) {

@@ -146,10 +146,11 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
     // The pose is known at the frame's stamp, so it may be somewhat older at that of a row, which is a part of a scan
     // later.
     constexpr int64_t kOldestNs = 2 * kEgoLostNs;
-    if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego, kOldestNs)) {
+    const int64_t pose_ns = find_pose_time(context_, frame, in.cluster[i]);
+    if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(pose_ns, ego, kOldestNs)) {
       EgoState used = ego;
       if (heading_) {
-        corrected_.at(in.stamp_ns[i], used, kOldestNs);
+        corrected_.at(pose_ns, used, kOldestNs);
         const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
         used = turned(used, learned_.offset_rad({}, sensor, heading_->sensor_count()));
         offset_rad = wrap_angle(used.pose.yaw_rad - ego.pose.yaw_rad);

@@ -75,6 +75,66 @@ def test_the_paper_looks_for_no_dirt():
         assert overtake.Flag.VIEW_BLOCKED not in frame.flags and frame.blocked_rad == 0
 
 
+def compensate(scan, rig, poses, to_s):
+    """The points as the sensor would see them to_s after the scan's stamp."""
+    mounting = rig.sensors[[sensor.name for sensor in rig.sensors].index(scan.sensor)]
+    points = {name: numpy.array(column) for name, column in dict(scan.points).items()}
+    at_s = (scan.stamp_ns - poses[0]["stamp_ns"]) / 1e9
+    stamps_s = numpy.array([pose["stamp_ns"] - poses[0]["stamp_ns"] for pose in poses]) / 1e9
+    place = {name: numpy.array([pose[name] for pose in poses]) for name in ("x_m", "y_m", "yaw_rad")}
+    place["yaw_rad"] = numpy.unwrap(place["yaw_rad"])
+
+    def pose_at(time_s):
+        return [numpy.interp(time_s, stamps_s, place[name]) for name in ("x_m", "y_m", "yaw_rad")]
+
+    c, s = math.cos(mounting.yaw_rad), math.sin(mounting.yaw_rad)
+    x = mounting.x_m + c * points["x"] - s * points["y"]
+    y = mounting.y_m + s * points["x"] + c * points["y"]
+    from_x, from_y, from_yaw = pose_at(at_s + points["time"] * 1e-9)
+    map_x = from_x + numpy.cos(from_yaw) * x - numpy.sin(from_yaw) * y
+    map_y = from_y + numpy.sin(from_yaw) * x + numpy.cos(from_yaw) * y
+    to_x, to_y, to_yaw = pose_at(at_s + to_s)
+    x = numpy.cos(to_yaw) * (map_x - to_x) + numpy.sin(to_yaw) * (map_y - to_y) - mounting.x_m
+    y = numpy.cos(to_yaw) * (map_y - to_y) - numpy.sin(to_yaw) * (map_x - to_x) - mounting.y_m
+    points["x"], points["y"] = (c * x + s * y).astype("f4"), (c * y - s * x).astype("f4")
+    return points
+
+
+@pytest.mark.parametrize("to_s", [None, 0.0, 0.05])
+def test_clouds_that_the_driver_compensated(to_s):
+    race = overtake.simulate("overtake", seed=2, seconds=2)
+    rig, poses = overtake.load_rig(race.path), [pose for scan in overtake.open(race) for pose in scan.ego_poses]
+    errors = {}
+    for told in {None, to_s}:
+        for sensor in rig.sensors:
+            sensor.compensated_to_s = told
+        detector = overtake.Detector(rig=rig, map=overtake.load_map(race.path), preset="best", every_frame=True,
+                                     frame_capacity=64)
+        found = errors.setdefault(told, [])
+
+        def look():
+            for frame in detector.frames():
+                if frame.ego_speed_mps < 30:
+                    continue
+                tracks = frame.tracks
+                cars = place_in(race.truth, frame.stamp_ns)
+                for i in numpy.flatnonzero(tracks.state == overtake.TrackState.CONFIRMED):
+                    found.append(numpy.min(numpy.hypot(*(cars - (tracks.x_m[i], tracks.y_m[i])).T)))
+
+        for scan in overtake.open(race):
+            for pose in scan.ego_poses:
+                detector.push_ego_pose(**pose)
+            points = scan.points if to_s is None else compensate(scan, rig, poses, to_s)
+            detector.push_scan(points, scan.stamp_ns, scan.sensor)
+            look()
+        detector.flush()
+        look()
+        assert len(found) > 25
+    assert numpy.median(errors[to_s]) < 0.35
+    if to_s is not None:
+        assert numpy.median(errors[None]) > 0.8  # not told
+
+
 @pytest.mark.parametrize("power", [0, -2])
 def test_intensities_that_are_signals_make_no_smoke(power):
     race = overtake.simulate("las_vegas_15", seed=1, seconds=2)

@@ -63,6 +63,7 @@ ovt_sensor_def to_sensor_def(const io::RigSensor& sensor) {
   def.layer_first = sensor.layer_first;
   def.layer_last = sensor.layer_last;
   def.point_capacity = sensor.point_capacity;
+  if (sensor.compensated_to_s) def.compensated_to_s = *sensor.compensated_to_s;
   return def;
 }
 

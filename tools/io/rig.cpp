@@ -68,6 +68,7 @@ RigSensor read_sensor(TomlReader& reader) {
   sensor.layer_last = int32_t(reader.integer_or("layer_last", 0, 65535, 65535));
   if (sensor.layer_first > sensor.layer_last)
     reader.fail(reader.line_of("layer_last"), "'layer_last' must not be smaller than 'layer_first'");
+  if (reader.has("compensated_to_s")) sensor.compensated_to_s = reader.number("compensated_to_s", -1, 1);
   sensor.point_capacity = int32_t(reader.integer_or("point_capacity", 1, kMostPoints, sensor.point_capacity));
   sensor.topics = read_topics(reader, "topics");
   sensor.frame_id = reader.text_or("frame_id", "");
@@ -199,6 +200,7 @@ std::string format_rig(const Rig& rig, const std::string& prefix) {
     text += number("range_min_m", s.range_min_m) + number("range_max_m", s.range_max_m);
     text += integer("layer_first", s.layer_first) + integer("layer_last", s.layer_last);
     text += integer("point_capacity", s.point_capacity) + texts("topics", s.topics);
+    if (s.compensated_to_s) text += number("compensated_to_s", *s.compensated_to_s);
     if (!s.frame_id.empty()) text += "frame_id = " + toml_string(s.frame_id) + '\n';
   }
   return text;

@@ -27,9 +27,12 @@
 //   topics = ["/front/points"]                              # default: /NAME/points, /luminar_NAME_points and similar
 //   frame_id = "front"                                      # of its clouds, and of its link in a URDF; default: any
 //   point_capacity = 65536
+//   compensated_to_s = 0.0                                  # its driver compensates for the motion of the vehicle, to
+//                                                           # so long after the scan's stamp; default: it does not
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +50,7 @@ struct RigSensor {
   double range_min_m = 0.5, range_max_m = 300;
   int32_t layer_first = 0, layer_last = 65535;
   int32_t point_capacity = 65536;
+  std::optional<double> compensated_to_s;
   std::vector<std::string> topics;
   std::string frame_id;
 };

@@ -25,6 +25,7 @@ ovt_sensor_def to_sensor(const py::dict& from) {
   bool wraps = false;
   take(from, "wraps", wraps);
   def.wraps = wraps;
+  take(from, "compensated_to_s", def.compensated_to_s);
 #define OVT_SENSOR_FIELD(field) take(from, #field, def.field);
 #include "tools/python/sensor_fields.def"
   return def;

@@ -25,6 +25,7 @@ py::dict load_rig(const std::string& name) {
 #define OVT_SENSOR_FIELD(field) fields[#field] = def.field;
 #include "tools/python/sensor_fields.def"
     fields["wraps"] = def.wraps != 0;
+    fields["compensated_to_s"] = sensor.compensated_to_s;
     sensors.append(fields);
   }
   py::dict capacities;

@@ -49,6 +49,7 @@ class Sensor:
     layer_first: int = 0
     layer_last: int = 65535
     point_capacity: int = 65536
+    compensated_to_s: typing.Optional[float] = None
 
 
 @dataclasses.dataclass

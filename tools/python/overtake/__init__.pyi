@@ -591,11 +591,12 @@ class Sensor:
     layer_first: int
     layer_last: int
     point_capacity: int
+    compensated_to_s: float | None
     def __init__(self, name: str = "sensor", x_m: float = 0.0, y_m: float = 0.0, z_m: float = 0.0,
                  roll_rad: float = 0.0, pitch_rad: float = 0.0, yaw_rad: float = 0.0, rows: int = 32, cols: int = 857,
                  azimuth_left_rad: float = ..., azimuth_right_rad: float = ..., wraps: bool = False,
                  range_min_m: float = 0.5, range_max_m: float = 300.0, layer_first: int = 0, layer_last: int = 65535,
-                 point_capacity: int = 65536) -> None: ...
+                 point_capacity: int = 65536, compensated_to_s: float | None = None) -> None: ...
 
 class Rig:
     """The sensors of a vehicle."""
