@@ -144,6 +144,45 @@ TEST_CASE("doctor: names exchanged yaws on a simulated road") {
   });
 }
 
+TEST_CASE("doctor: names the parts of a view in which no scan has a point") {
+  // Scans of the first sensor with a point each 0.1 deg, but for `empty` (from left to right).
+  using Gaps = std::vector<std::pair<double, double>>;
+  const auto notes = [](const io::Rig& rig, const Gaps& empty, const Gaps& empty_later) {
+    Doctor doctor(rig);
+    const io::RigSensor& model = rig.sensors[0];
+    for (int32_t k = 0; k < 2; ++k) {
+      std::vector<float> x, y, z;
+      for (double a = model.azimuth_left_deg - 0.05; a > model.azimuth_right_deg; a -= 0.1) {
+        const Gaps& gaps = k == 0 ? empty : empty_later;
+        if (std::any_of(gaps.begin(), gaps.end(), [&](const auto& gap) { return a < gap.first && a > gap.second; }))
+          continue;
+        x.push_back(float(20 * std::cos(a * kDegree))), y.push_back(float(20 * std::sin(a * kDegree)));
+        z.push_back(-0.5f);
+      }
+      doctor.add_scan(scan_of(0, k * 50'000'000, x, y, z, std::vector<uint16_t>(x.size(), 3)));
+    }
+    std::vector<std::string> out;
+    for (const Finding& finding : doctor.findings())
+      if (finding.sentence.find("none of its points is seen") != std::string::npos) out.push_back(finding.sentence);
+    return out;
+  };
+  const io::Rig av21 = io::load_rig("av21"), hdl32 = io::load_rig("hdl32");
+  CHECK(notes(av21, {}, {}).empty());
+  CHECK(notes(av21, {{13, 10.2}}, {{13, 10.2}}).empty());
+  CHECK(notes(av21, {{13, 7}}, {}).empty());  // one scan has points there
+  const auto one = notes(av21, {{13, 7}}, {{20, 8}});
+  REQUIRE(one.size() == 1);
+  CHECK(one[0] == "none of its points is seen from 13 to 8 deg (left positive)");
+  const auto two = notes(av21, {{60, 50}, {-56, -60}}, {{60, 50}, {-56, -60}});
+  REQUIRE(two.size() == 1);
+  CHECK(two[0] == "none of its points is seen from 60 to 50 deg, -56 to -60 deg (left positive)");
+  CHECK(notes(hdl32, {}, {}).empty());
+  const auto rear = notes(hdl32, {{-170, -175}}, {{-170, -175}});
+  REQUIRE(rear.size() == 1);
+  CHECK(rear[0] == "none of its points is seen from -170 to -175 deg (left positive)");
+  CHECK(notes(av21, {{60, -32}}, {{60, -32}}).empty());  // most of the view: another rig
+}
+
 TEST_CASE("doctor: scans that could not be read are named, and are no gap") {
   const Scene scene(1);
   io::Rig rig = io::load_rig("av21");

@@ -27,6 +27,8 @@ double seconds(int64_t ns) { return double(ns) * 1e-9; }
 
 double wrap_deg(double angle) { return std::remainder(angle, 360.0); }
 
+std::size_t bin_of(double azimuth_deg) { return std::min<std::size_t>(359, std::size_t(azimuth_deg + 180)); }
+
 // Whether the azimuth lies in the image, with a tolerance of 3 degrees.
 bool in_view(double azimuth_deg, const io::RigSensor& sensor) {
   if (sensor.wraps) return true;
@@ -127,7 +129,7 @@ void Doctor::look_at_points(const io::SensorScan& scan, const io::RigSensor& mod
     s.outside += !in_view(azimuth, model);
     s.azimuth_low_deg = std::min(s.azimuth_low_deg, azimuth);
     s.azimuth_high_deg = std::max(s.azimuth_high_deg, azimuth);
-    s.seen[std::min<std::size_t>(71, std::size_t((azimuth + 180) / 5))] = true;
+    if (range >= model.range_min_m) s.seen[bin_of(azimuth)] = true;
     s.outside_if_vehicle += !in_view(io::deg(std::atan2(y - model.y_m, x - model.x_m)) - model.yaw_deg, model);
     s.far_points += range > model.range_max_m;
     s.near_points += range < model.range_min_m;
@@ -241,10 +243,36 @@ void Doctor::judge_points(std::size_t i, std::vector<Finding>& out) const {
                    "give the rig of this sensor, or set rows = " + std::to_string(s.layers.size()) +
                        " in the rig file: rows without points break what hangs together"});
   const auto seen = std::count(s.seen.begin(), s.seen.end(), true);
-  if (model.wraps && good > 0 && seen <= 36)
+  if (model.wraps && good > 0 && seen <= 180)
     out.push_back({false, about,
-                   "its points cover " + std::to_string(5 * seen) + " deg; the rig says that it sees a full turn",
+                   "its points cover " + std::to_string(seen) + " deg; the rig says that it sees a full turn",
                    "fine where the recording was cut to one side; else give the rig of this sensor"});
+}
+
+// A part of the view in which no scan has a point.
+void Doctor::judge_view(std::size_t i, std::vector<Finding>& out) const {
+  constexpr int32_t kLeast_deg = 3;
+  const Sensor& s = sensors_[i];
+  const io::RigSensor& model = rig_.sensors[i];
+  const double width_deg = model.azimuth_left_deg - model.azimuth_right_deg;
+  const auto seen = std::count(s.seen.begin(), s.seen.end(), true);
+  if (width_deg > double(model.cols) || (model.wraps && seen <= 180) || s.outside * 5 > s.points) return;
+  const auto is_seen = [&](int32_t from_left_deg) {
+    return s.seen[bin_of(wrap_deg(model.azimuth_left_deg - from_left_deg - 0.5))];
+  };
+  std::string gaps;
+  int32_t all_deg = 0;
+  for (int32_t first = 0, end = 0; first < int32_t(width_deg); first = end + 1) {
+    for (end = first; end < int32_t(width_deg) && !is_seen(end);) ++end;
+    all_deg += end - first;
+    if (end - first < kLeast_deg) continue;
+    gaps += (gaps.empty() ? "" : ", ") + fixed(model.azimuth_left_deg - first, 0) + " to " +
+            fixed(model.azimuth_left_deg - end, 0) + " deg";
+  }
+  if (gaps.empty() || 4 * all_deg > 3 * width_deg) return;
+  out.push_back({false, "sensor '" + model.name + "'", "none of its points is seen from " + gaps + " (left positive)",
+                 "look for dirt on its window; where the vehicle or the driver takes the view away, the frames say "
+                 "view_blocked, and azimuth_left_deg, azimuth_right_deg of the rig may be narrower"});
 }
 
 bool Doctor::judge_lines(std::size_t i, std::vector<Finding>& out) const {
@@ -437,6 +465,7 @@ std::vector<Finding> Doctor::findings() const {
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     judge_presence(i, out);
     judge_points(i, out);
+    judge_view(i, out);
     judge_time(i, out);
     if (!judge_lines(i, out)) continue;
     if (owner[i] != i)  // a wrong yaw tilts the road, too

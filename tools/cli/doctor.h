@@ -63,8 +63,8 @@ class Doctor {
     bool lost = false;  // a scan, since the last good one
     std::vector<int64_t> steps_ns;
     std::vector<Ground> grounds;
-    std::vector<double> ranges_m;    // a sample
-    std::array<bool, 72> seen = {};  // azimuths, 5 degrees each
+    std::vector<double> ranges_m;     // a sample
+    std::array<bool, 360> seen = {};  // azimuths from -180 deg on, a degree each
     LineShapes shapes;
   };
   struct Ego {
@@ -78,6 +78,7 @@ class Doctor {
   void look_at_points(const io::SensorScan& scan, const io::RigSensor& model, Sensor& s) const;
   void judge_presence(std::size_t i, std::vector<Finding>& out) const;
   void judge_points(std::size_t i, std::vector<Finding>& out) const;
+  void judge_view(std::size_t i, std::vector<Finding>& out) const;
   void judge_time(std::size_t i, std::vector<Finding>& out) const;
   // False if the lines do not belong to one sensor at the cloud's origin: then the mounting cannot be tested.
   bool judge_lines(std::size_t i, std::vector<Finding>& out) const;
