@@ -6,6 +6,7 @@
 
 #include "core/point_table.h"
 #include "core/range_image.h"
+#include "kernels/ground_light.h"
 
 namespace overtake {
 
@@ -20,31 +21,10 @@ inline constexpr float kSurface_m = 0.05f, kSurfaceShare = 0.01f;  // largest di
                                                                    // kSurface_m + kSurfaceShare * range
 inline constexpr float kRoughShare = 0.5f;                         // of the neighbours of a pixel of smoke, at least
 
-// What the intensities of a scan compare with. A reflectivity compares as it is. A signal falls with the square of the
-// range, or faster on the ground, so its product with this square compares.
-struct GroundLight {
-  float light = 0.0f;      // the median of the ground; 0: no ground, or no intensities
-  bool is_signal = false;  // the scan's intensities are no reflectivities
-
-  float of(const ScanTable& scan, int32_t point) const {  // of a point
-    const float x = scan.x_m[point], y = scan.y_m[point], z = scan.z_m[point];
-    return is_signal ? scan.intensity[point] * (x * x + y * y + z * z) : scan.intensity[point];
-  }
-};
-
-// Of at most kGroundSamples ground pixels that are spread over the image. They are signals if the ground is darker the
-// farther away it is, by more than the 1.5th power of the range; recorded reflectivities of a road change with its
-// power of 0.3 to -0.8.
-inline constexpr int32_t kGroundSamples = 512;
-GroundLight find_ground_light(const ScanTable& scan, Plane<const int32_t> pixel_point,
-                              ConstBitPlane nonground) noexcept;
-// The same by the labels of the points, after label_points: labels[scan.count]. Spread over the points, in any order.
-GroundLight find_ground_light(const ScanTable& scan, const int32_t* labels) noexcept;
-
 // Returns of smoke are dark, and their ranges jump from pixel to pixel in every direction. One of the two alone is
 // common on cars (black parts, edges); a place where half of the pixels show both is smoke.
-//   reads    scan x_m y_m z_m intensity; points pixel (where pixel_point has the point); range_filled_m pixel_point
-//            nonground
+//   reads    scan x_m y_m z_m intensity; ground; points pixel (where pixel_point has the point); range_filled_m
+//            pixel_point nonground
 //   writes   smoke, every word; takes these pixels out of nonground
 //   rules    - dark: below dark_share of the ground's light (GroundLight); also a filled gap that is non-ground. Low
 //              smoke is ground for running_ground: here such pixels count, too
@@ -56,9 +36,9 @@ GroundLight find_ground_light(const ScanTable& scan, const int32_t* labels) noex
 //   scratch  considered rough
 //   cost     an intensity a point, two windows a dark pixel     agrees  exactly on every ISA
 namespace ref {
-void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const int32_t* point_pixel,
-                Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground,
-                BitPlane considered, BitPlane rough, BitPlane smoke) noexcept;
+void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const GroundLight& ground,
+                const int32_t* point_pixel, Plane<const float> range_filled_m, Plane<const int32_t> pixel_point,
+                BitPlane nonground, BitPlane considered, BitPlane rough, BitPlane smoke) noexcept;
 }
 
 }  // namespace overtake

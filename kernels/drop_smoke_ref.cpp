@@ -50,12 +50,11 @@ bool is_among_rough(const DropSmokeParams& params, const Image& image, ConstBitP
 
 }  // namespace
 
-void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const int32_t*, Plane<const float> range_filled_m,
-                Plane<const int32_t> pixel_point, BitPlane nonground, BitPlane considered, BitPlane rough,
-                BitPlane smoke) noexcept {
+void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const GroundLight& ground, const int32_t*,
+                Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground,
+                BitPlane considered, BitPlane rough, BitPlane smoke) noexcept {
   const Image image = {range_filled_m, considered};
   const int32_t rows = nonground.rows, cols = nonground.cols;
-  const GroundLight ground = find_ground_light(scan, pixel_point, nonground);
   const float limit = params.dark_share * ground.light;
   for (const BitPlane& bits : {considered, rough, smoke})
     for (int32_t r = 0; r < rows; ++r) bits.clear_row(r);

@@ -214,11 +214,10 @@ OVT_INLINE int32_t find_smoke(const DropSmokeParams& params, Plane<const float> 
 }
 
 template <class A>
-void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const int32_t* point_pixel,
-                Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground,
-                BitPlane considered, BitPlane rough, BitPlane smoke) noexcept {
+void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const GroundLight& ground,
+                const int32_t* point_pixel, Plane<const float> range_filled_m, Plane<const int32_t> pixel_point,
+                BitPlane nonground, BitPlane considered, BitPlane rough, BitPlane smoke) noexcept {
   const int32_t rows = nonground.rows, cols = nonground.cols, words_per_row = nonground.words_per_row;
-  const GroundLight ground = find_ground_light(scan, pixel_point, nonground);
   const float limit = params.dark_share * ground.light;
   const bool may_be_smoke = limit > 0.0f;  // else there is no ground, or there are no intensities
   const BitPlane dark = smoke;             // at first

@@ -34,14 +34,15 @@ void for_each_lit(const StageContext& context, const Frame& frame, int32_t row, 
   });
 }
 
-// Calls f(light, road's light) for each point of a merged cluster whose sensor has intensities.
+// Calls f(intensity, road's) for each point of a merged cluster whose sensor has reflectivities. How bright a surface
+// is by signals is not known well enough to tell a sign.
 template <class F>
-void for_each_light(const Frame& frame, GroundLights& ground, int32_t row, F&& f) {
+void for_each_light(const Frame& frame, int32_t row, F&& f) {
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    const GroundLight road = ground.of(part);
+    const GroundLight& road = part.ground_light;
     const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
-    for (int32_t k = begin; road.light > 0.0f && k < begin + count; ++k)
-      f(road.of(part.scan, part.cluster_points.point[k]), road.light);
+    if (road.is_signal || !(road.light > 0.0f)) return;
+    for (int32_t k = begin; k < begin + count; ++k) f(part.scan.intensity[part.cluster_points.point[k]], road.light);
   });
 }
 
@@ -53,7 +54,7 @@ void find_smoke_limits(const StageContext& context, Frame& frame) noexcept {
     const SensorPart& part = frame.sensors[s];
     frame.smoke_limit[s] = {};
     if (!part.present || part.reason_count[int32_t(Reason::kSmoke)] < kSmokePoints) continue;
-    frame.smoke_limit[s] = find_ground_light(part.scan, part.kept.points.label);
+    frame.smoke_limit[s] = part.ground_light;
     frame.smoke_limit[s].light *= context.segment[s].drop_smoke.dark_share;
   }
 }
@@ -164,27 +165,20 @@ bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t r
   return !ground.left && !ground.right && (ground.none_left || ground.none_right);
 }
 
-GroundLight GroundLights::of(const SensorPart& part) {
-  const int32_t s = int32_t(&part - frame_.sensors);
-  if (!known_[s]) value_[s] = find_ground_light(part.scan, part.kept.points.label);
-  known_[s] = true;
-  return value_[s];
-}
-
-bool is_sign(const Frame& frame, GroundLights& ground, int32_t row) noexcept {
+bool is_sign(const Frame& frame, int32_t row) noexcept {
   constexpr float kBright = 4.0f;
   int32_t bright = 0;
-  for_each_light(frame, ground, row, [&](float light, float road) { bright += light > kBright * road; });
+  for_each_light(frame, row, [&](float light, float road) { bright += light > kBright * road; });
   return 2 * bright > frame.merged.point_count[row];
 }
 
-bool is_reflector(const Frame& frame, GroundLights& ground, int32_t row, float bare_share) noexcept {
+bool is_reflector(const Frame& frame, int32_t row, float bare_share) noexcept {
   constexpr float kGlare = 5.0f, kBare = 25.0f;  // a white body is up to 20 times as bright as dark asphalt
   constexpr int32_t kFewest = 2;                 // one point is the lamp of a car, and of few points makes such a mean
   constexpr int32_t kManyPoints = 30;            // of so many of glare, some are the reflector itself
   float sum = 0.0f, least = 0.0f;
   int32_t bright = 0, bare = 0;
-  for_each_light(frame, ground, row, [&](float light, float road) {
+  for_each_light(frame, row, [&](float light, float road) {
     sum += light;
     least += kGlare * road;
     bright += light > kGlare * road;
@@ -195,7 +189,7 @@ bool is_reflector(const Frame& frame, GroundLights& ground, int32_t row, float b
   return sum > least && bright >= kFewest && float(bare) >= bare_share * float(points);
 }
 
-bool is_surely_car(const StageContext& context, const Frame& frame, GroundLights& ground, int32_t row) noexcept {
+bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row) noexcept {
   constexpr int32_t kPoints = 30, kRows = 3;  // the rows of one sensor
   constexpr float kUpright_m = 0.5f, kLow_m = 0.4f, kHigh_m = 0.6f, kTop_m = 1.25f;
   constexpr float kLength = 0.5f, kWidth = 0.45f;  // of the vehicle
@@ -222,7 +216,7 @@ bool is_surely_car(const StageContext& context, const Frame& frame, GroundLights
   if (2 * *std::max_element(std::begin(by_row.points), std::end(by_row.points)) > merged.point_count[row]) return false;
   const ClusterHeights heights = measure_heights(frame, row);
   if (!(heights.low_m < kLow_m && heights.high_m >= kHigh_m && heights.high_m < kTop_m)) return false;
-  return is_lit(context, frame, row) && !is_sign(frame, ground, row);
+  return is_lit(context, frame, row) && !is_sign(frame, row);
 }
 
 }  // namespace overtake

@@ -25,18 +25,6 @@ bool is_lit(const StageContext& context, const Frame& frame, int32_t row) noexce
 OrientedBox trim_box(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
                      const OrientedBox& box) noexcept;
 
-// The light of each sensor's ground, found when it is first asked for.
-class GroundLights {
- public:
-  explicit GroundLights(const Frame& frame) : frame_(frame) {}
-  GroundLight of(const SensorPart& part);
-
- private:
-  const Frame& frame_;
-  bool known_[kMaxSensors] = {};
-  GroundLight value_[kMaxSensors];
-};
-
 // The pixels of a cluster in the image of its main sensor, which `view` is of; row_high is -1 if it has none.
 PixelBox main_pixels(const Frame& frame, int32_t row, const PixelView& view) noexcept;
 
@@ -49,16 +37,16 @@ bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t r
 
 // Whether a cluster is a sign, which reflects the light back to where it comes from: most of it is far brighter than
 // the road. Of a car so are lamps and plates, but not the body around them.
-bool is_sign(const Frame& frame, GroundLights& ground, int32_t row) noexcept;
+bool is_sign(const Frame& frame, int32_t row) noexcept;
 
 // Whether a cluster is a small reflector with the glare around it, which is darker than the reflector itself but large:
 // its mean is far brighter than the road, and not by one point alone, which may be the lamp of a car. A share of the
 // points, bare_share at least, must be as bright as a bare reflector: of a car, its plates and lamps are.
-bool is_reflector(const Frame& frame, GroundLights& ground, int32_t row, float bare_share) noexcept;
+bool is_reflector(const Frame& frame, int32_t row, float bare_share) noexcept;
 
 // Whether a cluster is a car beyond doubt: many points on several rows, at most half of them on one, lit, and most of
 // them beside another one on a surface; it stands on the ground, is about as high as a car, is wider than a piece of a
 // wall, and is no sign.
-bool is_surely_car(const StageContext& context, const Frame& frame, GroundLights& ground, int32_t row) noexcept;
+bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row) noexcept;
 
 }  // namespace overtake

@@ -162,11 +162,10 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
   const float inside_m = find_inside(context, frame);
   const WallErrors walls(context, frame);
-  GroundLights ground(frame);
   frame.gated_map = filter(frame, [&](int32_t row) {
     const CarAnchor car = anchor_cluster(context, frame, row);
     return is_inside(frame, row, car, walls, inside_m) ||
-           (is_inside(frame, row, car, walls, 0.0f - kApron_m) && is_surely_car(context, frame, ground, row));
+           (is_inside(frame, row, car, walls, 0.0f - kApron_m) && is_surely_car(context, frame, row));
   });
 }
 

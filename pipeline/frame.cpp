@@ -85,6 +85,7 @@ void reset_frame(Frame& frame) noexcept {
     part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
     part.kept.points.count = 0;
     std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);
+    part.ground_light = {};
     part.spans.reset();
   }
   frame.external.count = 0;
@@ -97,7 +98,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.ego_off_map_m = 0;
   frame.uses_map = false;
   std::fill(std::begin(frame.walls), std::end(frame.walls), WallHeading());
-  for (int32_t s = 0; s < kMaxSensors; ++s) frame.gaps[s].count = frame.blocked[s].count = 0;
+  for (int32_t s = 0; s < kMaxSensors; ++s) frame.gaps[s] = frame.blocked[s] = {};
   frame.ego_heading = {};
   frame.ego_known = false;
   frame.ego.count = 0;

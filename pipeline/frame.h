@@ -24,6 +24,7 @@
 #include "core/sensor_model.h"
 #include "core/table.h"
 #include "core/track_table.h"
+#include "kernels/ground_light.h"
 #include "kernels/kernel_table.h"
 #include "pipeline/ego_buffer.h"
 #include "pipeline/ego_heading.h"
@@ -57,6 +58,7 @@ struct SensorPart {
   int32_t label_count = 0;
   int32_t cluster_overflow = 0;
   int32_t reason_count[kReasonCount] = {};  // points by reason
+  GroundLight ground_light;                 // only with the step find_ground_light
   StageSpans spans;
   int32_t* row_of_label = nullptr;      // [label_count + 1] in clusters, -1 none
   int32_t* cluster_of_label = nullptr;  // the same in the frame's merged table; merge_frame writes it
@@ -104,7 +106,7 @@ struct Frame {
   int32_t kept_count = 0, candidate_count = 0;
   int32_t faint_count = 0;               // rows behind those of `kept`, `detections` and `views`, for the tracker only
   ClusterPlaceTable places;              // of the rows of merged; no memory unless a rule of the method uses it
-  GroundLight smoke_limit[kMaxSensors];  // darker points of a sensor may be smoke; 0: it sees none
+  GroundLight smoke_limit[kMaxSensors];  // dark_share of its ground: darker points may be smoke; 0: it sees none
   DetectionTable detections;
   DetectionViewTable views;                      // by detection; no memory either
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate

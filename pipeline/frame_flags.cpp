@@ -8,12 +8,6 @@ namespace {
 constexpr int64_t kManyPoints = 1000, kGroundShare = 50;  // one of so many points is ground
 constexpr float kBeside_m = 3.0f;  // what begins nearer may be a car beside this one, which fills the view
 
-// Labelled points that are in no cluster; those of the own body have no label, but are in one.
-int64_t count_ground(const SensorPart& part) noexcept {
-  return part.reason_count[int32_t(Reason::kLabelled)] -
-         (part.cluster_points.count - part.reason_count[int32_t(Reason::kOwnBody)]);
-}
-
 bool lacks_ground(const SensorPart& part, int64_t good) noexcept {
   for (int32_t c = 0; c < part.clusters.count; ++c)
     if (part.clusters.nearest_m[c] < kBeside_m) good -= part.clusters.point_count[c];
@@ -21,6 +15,11 @@ bool lacks_ground(const SensorPart& part, int64_t good) noexcept {
 }
 
 }  // namespace
+
+int64_t count_ground(const SensorPart& part) noexcept {
+  return part.reason_count[int32_t(Reason::kLabelled)] -
+         (part.cluster_points.count - part.reason_count[int32_t(Reason::kOwnBody)]);
+}
 
 int64_t count_usable(const SensorPart& part) noexcept {
   int64_t usable = part.kept.points.count;

@@ -22,6 +22,9 @@ namespace overtake {
 // Points of a present sensor whose place is known.
 int64_t count_usable(const SensorPart& part) noexcept;
 
+// Labelled points that are in no cluster; those of the own body have no label, but are in one.
+int64_t count_ground(const SensorPart& part) noexcept;
+
 uint32_t flags_of(const Frame& frame, int32_t sensor_count, bool tracks_overflowed, int64_t deadline_ns) noexcept;
 
 }  // namespace overtake

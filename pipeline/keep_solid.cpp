@@ -18,7 +18,7 @@ constexpr float kTop_m = 0.6f;     // higher ones may be the level beam over the
 // A candidate is as dark as smoke, but for a few points, which may be of what stands in the smoke; and its ranges jump
 // from pixel to pixel. Dense smoke 50 m away lies on a surface: of many points it needs no jumps among other smoke, and
 // no other smoke where it has jumps.
-bool is_smoke(const StageContext& context, const Frame& frame, GroundLights& ground, int32_t row) {
+bool is_smoke(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr int32_t kBrightPart = 4, kMany = 10, kBrightOfMany = 10;
   constexpr float kApart = 0.5f, kDarkApart = 0.2f;
   const int32_t points = frame.merged.point_count[row], min_points = context.detect.gate_clusters.min_points;
@@ -30,7 +30,7 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundLights& gro
     const int32_t s = int32_t(&part - frame.sensors);
     any_smoke = any_smoke || part.reason_count[int32_t(Reason::kSmoke)] > 0;
     much_smoke = much_smoke || frame.smoke_limit[s].light > 0.0f;
-    const GroundLight road = ground.of(part);
+    const GroundLight& road = part.ground_light;
     const float dark = context.segment[s].drop_smoke.dark_share * road.light;
     const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
     for (int32_t k = begin; k < end && (are_many_dark() || are_few_bright()); ++k)
@@ -181,12 +181,12 @@ bool is_see_through(const Frame& frame, int32_t row, const PixelView& view, cons
   return fill.of_returns < kOfReturns || fill.of_pixels < kOfPixels;
 }
 
-bool is_no_body(const StageContext& context, const Frame& frame, GroundLights& ground, int32_t row) {
+bool is_no_body(const StageContext& context, const Frame& frame, int32_t row) {
   const int32_t s = frame.merged.main_sensor[row];
   const PixelView view(context.sensors[s], frame.sensors[s]);
   const PixelBox pixels = main_pixels(frame, row, view);
   const bool has_pixels = pixels.row_high >= 0;
-  return (has_pixels && is_see_through(frame, row, view, pixels)) || is_smoke(context, frame, ground, row) ||
+  return (has_pixels && is_see_through(frame, row, view, pixels)) || is_smoke(context, frame, row) ||
          (has_pixels && is_ground(context, frame, row, view, pixels));
 }
 
@@ -204,7 +204,6 @@ void keep_solid(const StageContext& context, Frame& frame) noexcept {
   constexpr float kFar_m = 70.0f;  // the road returns nothing: its height does not tell a sign
   constexpr float kReflectorFrom_m = 50.0f, kBesideBound_m = 1.6f, kNearBound_m = 3.0f;
   constexpr float kBareShare = 0.4f;  // of the points of a reflector that is near, or where no bound tells its place
-  GroundLights ground(frame);
   int32_t count = 0;
   for (int32_t i = 0; i < frame.kept_count; ++i) {
     const int32_t row = frame.kept[i];
@@ -214,8 +213,8 @@ void keep_solid(const StageContext& context, Frame& frame) noexcept {
     const bool may_be_dim = bounded && inside_m < kBesideBound_m && frame.merged.nearest_m[row] > kReflectorFrom_m;
     const float bare_share = may_be_dim ? 0.0f : kBareShare;
     const bool may_be_bare = inside_m < kNearBound_m && is_small(context, frame, row);
-    if (is_no_body(context, frame, ground, row) || (may_be_sign && is_sign(frame, ground, row)) ||
-        ((may_be_dim || may_be_bare) && is_reflector(frame, ground, row, bare_share)))
+    if (is_no_body(context, frame, row) || (may_be_sign && is_sign(frame, row)) ||
+        ((may_be_dim || may_be_bare) && is_reflector(frame, row, bare_share)))
       continue;
     frame.kept[count++] = row;
   }

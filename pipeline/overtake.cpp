@@ -12,6 +12,7 @@
 #include <string>
 
 #include "core/float_mode.h"
+#include "core/math.h"
 #include "pipeline/abi.h"
 #include "pipeline/build_info.h"
 #include "pipeline/detector.h"
@@ -218,7 +219,7 @@ void fill_info(const Frame& frame, std::span<const SensorModel> sensors, ovt_fra
       out->blocked_mask |= 1u << s;
       if (wide_rad <= out->blocked_rad) continue;
       out->blocked_rad = wide_rad;
-      out->blocked_left_rad = left_of(sensors[s], gap);
+      out->blocked_left_rad = float(wrap_angle(double(left_of(sensors[s], gap))));
       out->blocked_sensor = int32_t(s);
     }
 }

@@ -702,9 +702,11 @@ enum {                               /* ovt_frame_info.flags */
                                         that are not seen again soon end */
   OVT_FLAG_VIEW_BLOCKED = 2097152    /* preset best: for 0.25 s a sensor has no return in 3 deg or more of its columns
                                         (see blocked_mask): something is on its window, a part of the own car is in
-                                        front of it, or its driver crops the view. Cars behind that are not seen, and
-                                        a track that is lost there counts as outside of the view. Not told of a sensor
-                                        that has no return in more than three quarters of its columns */
+                                        front of it, its driver crops the view, or it looks over a crest into the sky.
+                                        Cars behind that are not seen, and a track that is lost there counts as outside
+                                        of the view. Told by scans of which 15 % are ground; a scan out of sequence has
+                                        what the newest ones have shown. Azimuths of the def that end at the own car
+                                        keep it from being set for ever */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */
@@ -753,7 +755,7 @@ typedef struct ovt_frame_info {
   uint32_t incomplete_mask;          /* bit s: the scan of sensor s is incomplete (ovt_push_points) */
   uint32_t blocked_mask;             /* bit s: a part of the view of sensor s is blocked (OVT_FLAG_VIEW_BLOCKED) */
   float blocked_rad;                 /* the widest such part of the frame's sensors, 0: none */
-  float blocked_left_rad;            /* its left edge, an azimuth of the sensor blocked_sensor */
+  float blocked_left_rad;            /* its left edge, an azimuth of the sensor blocked_sensor, in (-pi, pi] */
   int32_t blocked_sensor;
 } ovt_frame_info;
 

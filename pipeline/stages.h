@@ -57,7 +57,7 @@ void number_labels(const StageContext& context, Frame& frame) noexcept;
 int64_t find_pose_time(const StageContext& context, const Frame& frame, int32_t row) noexcept;
 
 // Places the clusters that are, without smoke, no longer than a vehicle (cluster_places.h).
-//   reads  merged, members, cluster points, scans, labels, ego, uses_map   writes  smoke_limit, places
+//   reads  merged, members, cluster points, scans, their ground's light, ego, uses_map   writes  smoke_limit, places
 void locate_clusters(const StageContext& context, Frame& frame) noexcept;
 
 // Joins the clusters of one car. Seeds by falling number of points: to a seed comes the nearest cluster (box gap on the
@@ -91,7 +91,7 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept;
 // The car's centre, by what is seen of it, inside the bounds; on the apron only what is a car beyond doubt. By the ego
 // heading that the walls tell, where they contradict the published one.
 //   reads  kept, merged, members, places, walls, smoke_limit, scans, cluster points, their pixels and heights, labels,
-//          ego_off_map_m
+//          the ground's light, ego_off_map_m
 //   writes  kept, kept_count, gated_map
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept;
 
@@ -104,7 +104,8 @@ void keep_off_walls(const StageContext& context, Frame& frame) noexcept;
 void keep_in_range(const StageContext& context, Frame& frame) noexcept;
 
 // Not what is left of smoke, no flat ground, and, where the bounds are not known, no sign.
-//   reads  kept, merged, members, places, scans, cluster points, their pixels, heights, reasons and labels
+//   reads  kept, merged, members, places, scans, cluster points, their pixels, heights, reasons and labels, the
+//          ground's light
 //   writes  kept, kept_count, candidate_count, gated_size
 void keep_solid(const StageContext& context, Frame& frame) noexcept;
 
@@ -120,7 +121,7 @@ void list_faint(const StageContext& context, Frame& frame) noexcept;
 //   writes  detections, views but ego_offset_rad, faint_count
 void pose_by_view(const StageContext& context, Frame& frame) noexcept;
 
-// Where no row of a sensor has a return (view_gaps.h).   reads  sensors pixel_point   writes  gaps
+// Where no row of a sensor has a return (view_gaps.h).   reads  pixel_point, numbers of points   writes  gaps
 void find_view_gaps(const StageContext& context, Frame& frame) noexcept;
 
 // The ego heading by the walls. Takes the nearest point of each azimuth from the long clusters of each sensor, so that

@@ -107,8 +107,8 @@ TEST_CASE("limits: drop_smoke writes the reference's bytes") {
     scan.capacity = int32_t(intensity.size());
     scan.intensity = intensity.data();
     scan.x_m = x_m.data(), scan.y_m = y_m.data(), scan.z_m = z_m.data();
-    if (cols > kCols) CHECK(find_ground_light(scan, point, nonground.view()).is_signal == is_signal);
-    k.drop_smoke({0.125f, 0.25f, 0.5f}, scan, pixel.data(), range, point, nonground.view(), considered.view(),
+    const GroundLight light = {.light = 1.0f, .is_signal = is_signal};
+    k.drop_smoke({0.125f, 0.25f, 0.5f}, scan, light, pixel.data(), range, point, nonground.view(), considered.view(),
                  rough.view(), smoke.view());
     return draw_bits(nonground) + draw_bits(smoke);
   });

@@ -89,6 +89,7 @@ TEST_CASE("body look: where intensities are not above 0, nothing is dark") {
       solids.push_back({20 + 0.7 * (k % 3), 0.08 * k, 0, 0.02, 0.06, 0.4 + 0.1 * (k % 2), 0.47 + 0.1 * (k % 2), 1});
     bench.look(solids);
     std::fill_n(bench.frame.sensors[0].scan.intensity, bench.frame.sensors[0].scan.count, intensity);
+    bench.frame.sensors[0].ground_light = {.light = intensity};
     gate(bench);
     CHECK(bench.frame.kept_count == 1);
   }

@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -77,7 +78,8 @@ struct Scene {
     for (int32_t r = 0; r < kRows; ++r)
       for (int32_t c = 0; c < kCols; ++c)
         if (point.at(r, c) != kNoPoint) pixel[std::size_t(point.at(r, c))] = r * point.view().stride + c;
-    ref::drop_smoke(params, scan, pixel.data(), range, point, nonground.view(), considered.view(), rough.view(),
+    const GroundLight ground = given.value_or(find_ground_light(scan, range, point, nonground.view()));
+    ref::drop_smoke(params, scan, ground, pixel.data(), range, point, nonground.view(), considered.view(), rough.view(),
                     smoke.view());
     CHECK(test::tail_is_clear(smoke));
     Result result{0, 0};
@@ -92,6 +94,7 @@ struct Scene {
   OwnedPlane<int32_t> point;
   OwnedBits nonground, considered, rough, smoke;
   std::vector<float> intensity;
+  std::optional<GroundLight> given;  // instead of that of the few road points here
   std::mt19937 random{7};
 };
 using Result = Scene::Result;
@@ -121,6 +124,7 @@ TEST_CASE("drop_smoke: neither does the range, if the intensities are signals") 
           const float fall = r == Scene::kRows - 1 ? power : std::max(power, -2.0f);
           scene.intensity[std::size_t(scene.point.at(r, c))] *= std::pow(scene.range.at(r, c) / 10.0f, fall);
         }
+      if (power < 0.0f) scene.given = {.light = 10.0f * 10.0f, .is_signal = true};
       CHECK(scene.run() == (light < 0.1f ? Result{200, 0} : Result{0, 200}));
     }
 }
@@ -241,88 +245,63 @@ TEST_CASE("drop_smoke: the ground's intensity is a median over the whole image")
   std::vector<float> origin(scene.intensity.size());
   scan.x_m = scan.y_m = scan.z_m = origin.data();
   for (std::size_t i = 0; i < 30; ++i) scene.intensity[i] = 100.0f;  // paint
-  CHECK(find_ground_light(scan, scene.point, scene.nonground.view()).light == 1.0f);
+  CHECK(find_ground_light(scan, scene.range, scene.point, scene.nonground.view()).light == 1.0f);
   for (std::size_t i = 30; i < 45; ++i) scene.intensity[i] = 100.0f;
-  CHECK(find_ground_light(scan, scene.point, scene.nonground.view()).light == 100.0f);
+  CHECK(find_ground_light(scan, scene.range, scene.point, scene.nonground.view()).light == 100.0f);
 }
 
-TEST_CASE("drop_smoke: the ground's intensity by the labels of the points") {
-  std::vector<float> intensity(3000, 7.0f), origin(3000);
-  std::vector<int32_t> labels(3000, 1);
+TEST_CASE("drop_smoke: the ground's intensity is that of the whole image, not of its first rows") {
+  constexpr int32_t kRows = 64, kCols = 1000;
+  OwnedPlane<float> range(kRows, kCols);
+  OwnedPlane<int32_t> point(kRows, kCols);
+  OwnedBits nonground(kRows, kCols);
+  nonground.clear();
+  range.fill(10.0f);
+  std::vector<float> intensity(std::size_t(kRows) * kCols), zero(intensity.size());
+  for (int32_t r = 0; r < kRows; ++r)
+    for (int32_t c = 0; c < kCols; ++c) {
+      point.at(r, c) = r * kCols + c;
+      intensity[std::size_t(r * kCols + c)] = r < 12 ? 1.0f : r < 50 ? 10.0f : 90.0f;
+    }
   ScanTable scan;
   scan.intensity = intensity.data();
-  scan.x_m = scan.y_m = scan.z_m = origin.data();
-  scan.count = 3000;
-  CHECK(find_ground_light(scan, labels.data()).light == 0.0f);  // no ground
-  for (std::size_t i = 1200; i < 3000; ++i) labels[i] = kLabelGround, intensity[i] = i < 2000 ? 1.0f : 2.0f;
-  CHECK(find_ground_light(scan, labels.data()).light == 2.0f);
-  for (std::size_t i = 1200; i < 2400; ++i) intensity[i] = 1.0f;
-  CHECK(find_ground_light(scan, labels.data()).light == 1.0f);
-}
-
-TEST_CASE("drop_smoke: the ground's intensity does not depend on the order of the points") {
-  for (const int32_t rings : {16, 32, 37, 64, 128})
-    for (const int32_t columns : {512, 1000, 1024, 2048})
-      for (const bool by_firing : {false, true}) {
-        const int32_t count = rings * columns;
-        std::vector<float> intensity(std::size_t(count), 200.0f), origin(intensity.size());
-        std::vector<int32_t> labels(std::size_t(count), 1);
-        for (int32_t i = 0; i < count; ++i) {
-          const int32_t ring = by_firing ? i % rings : i / columns;
-          if (ring < rings / 2) continue;
-          labels[std::size_t(i)] = kLabelGround;
-          intensity[std::size_t(i)] = ring < rings * 3 / 5 ? 1.0f : ring < rings * 9 / 10 ? 10.0f : 90.0f;
-        }
-        ScanTable scan;
-        scan.intensity = intensity.data();
-        scan.x_m = scan.y_m = scan.z_m = origin.data();
-        scan.count = count;
-        CAPTURE(rings);
-        CAPTURE(columns);
-        CAPTURE(by_firing);
-        CHECK(find_ground_light(scan, labels.data()).light == 10.0f);
-      }
+  scan.x_m = scan.y_m = scan.z_m = zero.data();
+  CHECK(find_ground_light(scan, range, point, nonground.view()).light == 10.0f);
 }
 
 TEST_CASE("drop_smoke: intensities that fall with the range are no reflectivities") {
-  constexpr int32_t kCount = 4000;
-  std::vector<int32_t> labels(kCount, kLabelGround);
-  // The ground from near_m to far_m, in a shuffled order.
-  const auto find = [&](double near_m, double far_m, double power, double noise = 0.0, int32_t count = 4000) {
-    std::vector<float> x_m(kCount), y_m(kCount), z_m(kCount, -1.5f), intensity(kCount);
-    for (int32_t i = 0; i < count; ++i) {
-      const double share = (i * 1237 % count + 0.5) / count, range_m = near_m * std::pow(far_m / near_m, share);
-      const double a = 2.0 * i;
-      x_m[std::size_t(i)] = float(std::cos(a) * std::sqrt(range_m * range_m - 1.5 * 1.5));
-      y_m[std::size_t(i)] = float(std::sin(a) * std::sqrt(range_m * range_m - 1.5 * 1.5));
-      intensity[std::size_t(i)] = float(std::pow(range_m, power) * (1.0 + noise * std::sin(7.0 * i)));
-    }
+  // A road of 16 rows from near_m to far_m, whose reflectivity changes with a power of the range, and scatters.
+  constexpr int32_t kRows = 16;
+  const auto find = [](double near_m, double far_m, double power, double sigma = 0.0, int32_t cols = 400) {
+    OwnedPlane<float> range(kRows, cols);
+    OwnedPlane<int32_t> point(kRows, cols);
+    OwnedBits nonground(kRows, cols);
+    nonground.clear();
+    std::mt19937 random(11);
+    std::normal_distribution<double> normal(0.0, 1.0);
+    std::vector<float> x_m, zero(std::size_t(kRows) * std::size_t(cols)), intensity;
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < cols; ++c) {
+        const double range_m = far_m * std::pow(near_m / far_m, r / double(kRows - 1));
+        range.at(r, c) = float(range_m), point.at(r, c) = int32_t(x_m.size());
+        x_m.push_back(float(range_m));
+        intensity.push_back(float(std::pow(range_m, power) * std::exp(sigma * normal(random))));
+      }
     ScanTable scan;
-    scan.x_m = x_m.data(), scan.y_m = y_m.data(), scan.z_m = z_m.data(), scan.intensity = intensity.data();
-    scan.count = count;
-    return find_ground_light(scan, labels.data());
+    scan.x_m = x_m.data(), scan.y_m = scan.z_m = zero.data(), scan.intensity = intensity.data();
+    return find_ground_light(scan, range, point, nonground.view());
   };
-  for (const double noise : {0.0, 0.5}) {
-    for (const double power : {1.0, 0.3, 0.0, -0.3, -0.8, -1.2}) CHECK_FALSE(find(4, 40, power, noise).is_signal);
-    for (const double power : {-2.0, -3.0}) CHECK(find(4, 40, power, noise).is_signal);
+  for (const double sigma : {0.0, 0.6, 1.0}) {
+    CAPTURE(sigma);
+    for (const double power : {1.0, 0.3, 0.0, -0.3, -0.8}) CHECK_FALSE(find(4, 40, power, sigma).is_signal);
+    for (const double power : {-2.2, -3.0}) CHECK(find(4, 40, power, sigma).is_signal);
   }
+  CHECK_FALSE(find(4, 40, -1.3).is_signal);
+  CHECK(find(4, 40, -1.7).is_signal);
   CHECK(double(find(4, 40, 0).light) == doctest::Approx(1.0));
   CHECK(double(find(4, 40, -2).light) == doctest::Approx(1.0));  // times the square of the range
-  CHECK_FALSE(find(4, 5, -3).is_signal);                         // too little of the ground to tell
-  CHECK_FALSE(find(4, 40, -3, 0, 20).is_signal);                 // too few points
-  CHECK(find(4, 40, -3, 0, 100).is_signal);
-  // The same for the pixels of an image.
-  Scene scene;
-  ScanTable scan;
-  std::vector<float> x_m(scene.intensity.size()), zero(scene.intensity.size());
-  scan.x_m = x_m.data(), scan.y_m = scan.z_m = zero.data(), scan.intensity = scene.intensity.data();
-  for (const float power : {-1.0f, -2.0f}) {
-    for (int32_t c = 0; c < Scene::kCols; ++c) {
-      const auto point = std::size_t(scene.point.at(Scene::kRows - 1, c));
-      x_m[point] = 3.0f + float(c), scene.intensity[point] = std::pow(x_m[point], power);
-    }
-    CHECK(find_ground_light(scan, scene.point, scene.nonground.view()).is_signal == (power < -1.5f));
-  }
+  CHECK_FALSE(find(4, 6, -3).is_signal);                         // too little of the road to tell
+  CHECK_FALSE(find(4, 40, -3, 0, 5).is_signal);                  // too few points
 }
 
 TEST_CASE("mark_smoke: points of smoke get their reason, losers of the pixel keep theirs") {

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <vector>
 
@@ -47,12 +48,14 @@ struct Watch {
   SensorModel sensor;
   Frame frame;
   GapWatch watch;
+  bool known = true;
 
   explicit Watch(int32_t cols = 1200, bool wraps = false) : sensor(make_sensor(cols, wraps)) {
     frame.sensors[0].present = true;
   }
   const ViewGaps& see(double time_s, std::vector<ViewGap> gaps) {
     frame.sensors[0].stamp_ns = int64_t(time_s * 1e9 + 0.5);
+    frame.gaps[0].known = known;
     frame.gaps[0].count = int32_t(gaps.size());
     std::copy(gaps.begin(), gaps.end(), frame.gaps[0].gap);
     watch.follow(&sensor, 1, frame);
@@ -109,15 +112,32 @@ TEST_CASE("view gaps: across the first column of a sensor that wraps") {
   CHECK(is_gap(gaps.gap[1], 900, 20));
 }
 
-TEST_CASE("view gaps: none where most of the view is empty") {
+TEST_CASE("view gaps: of a whole view, and of views of few columns") {
   for (const bool wraps : {false, true}) {
-    const SensorModel sensor = make_sensor(1200, wraps);
-    CHECK(look(sensor, span_of(10, 900, 1200)).count == 1);
-    CHECK(look(sensor, span_of(10, 901, 1200)).count == 0);
-    CHECK(look(sensor, span_of(0, 1200, 1200)).count == 0);
+    const ViewGaps whole = look(make_sensor(1200, wraps), span_of(0, 1200, 1200));
+    REQUIRE(whole.count == 1);
+    CHECK(whole.gap[0].cols == 1200);
   }
-  CHECK(look(make_sensor(4, true), span_of(0, 4, 4)).count == 0);
   CHECK(look(make_sensor(4, true), span_of(3, 1, 4)).count == 1);
+  CHECK(look(make_sensor(4, true), {}).count == 0);
+  CHECK(look(make_sensor(1, false), {0}).count == 1);
+}
+
+TEST_CASE("gap watch: the narrowest gap, at every place of every sensor") {
+  for (const bool wraps : {false, true})
+    for (const int32_t cols : {120, 857, 1024, 1800, 2048, 3600, 4096}) {
+      CAPTURE(cols);
+      Watch watch(cols, wraps);
+      const int32_t least = least_gap(watch.sensor);
+      const double part_rad = double(watch.sensor.pitch_rad) * std::max(1.0, std::ceil(cols / 1024.0));
+      for (int32_t first = 0; first + least <= cols; first += 7) {
+        watch.watch.restart();
+        watch.see(0.0, {{first, least}});
+        const ViewGaps& lasting = watch.see(0.3, {{first, least}});
+        REQUIRE(lasting.count == 1);
+        CHECK(double(width_of(watch.sensor, lasting.gap[0])) > 3 * kDegree - 2 * part_rad);
+      }
+    }
 }
 
 TEST_CASE("gap watch: a gap lasts from a quarter of a second on, until a scan has a return there") {
@@ -158,9 +178,22 @@ TEST_CASE("gap watch: a gap across the first column is one") {
   CHECK(lasting.gap[0].cols > 25);
 }
 
-TEST_CASE("gap watch: incomplete, missing and older scans change nothing; a restart forgets") {
+TEST_CASE("gap watch: after a silence a gap begins anew") {
   Watch watch;
   watch.see(1.0, {{100, 60}});
+  CHECK(watch.see(1.9, {{100, 60}}).count == 0);
+  CHECK(watch.see(2.2, {{100, 60}}).count == 1);
+  Watch slow;
+  slow.see(1.0, {{100, 60}});
+  CHECK(slow.see(1.5, {{100, 60}}).count == 1);
+}
+
+TEST_CASE("gap watch: incomplete, missing, unclear and older scans change nothing; a restart forgets") {
+  Watch watch;
+  watch.see(1.0, {{100, 60}});
+  watch.known = false;
+  CHECK(watch.see(1.05, {}).count == 0);
+  watch.known = true;
   watch.frame.incomplete_mask = 1;
   CHECK(watch.see(1.1, {}).count == 0);
   watch.frame.incomplete_mask = 0;
@@ -170,6 +203,9 @@ TEST_CASE("gap watch: incomplete, missing and older scans change nothing; a rest
   CHECK(watch.see(1.3, {{100, 60}}).count == 1);
   CHECK(watch.see(1.2, {}).count == 1);  // an older scan has what the newest ones have shown
   CHECK(watch.see(1.35, {{100, 60}}).count == 1);
+  watch.known = false;
+  CHECK(watch.see(1.37, {}).count == 1);
+  watch.known = true;
   watch.frame.incomplete_mask = 1;
   CHECK(watch.see(1.4, {{100, 60}}).count == 0);
   watch.frame.incomplete_mask = 0;

@@ -14,21 +14,22 @@ namespace {
 
 // Run for each scan.
 constexpr Step kSegment[] = {
-    step::project_points, step::rank_layers, step::scatter_points,  // 1   range and elevation image
-    step::fill_gaps,                                                // 2   gaps of one pixel
-    step::sample_road,                                              // 5b  where the road should be
-    step::running_ground,                                           // 5b  ground: height over the running ground
-    step::mark_islands,                                             // 5b  nor is a car of which one row is seen
-    step::drop_smoke,                                               // 5c  smoke and dust are not obstacles
-    step::repair_range,                                             // 6   NGRIR (eq. 3)
-    step::link_pixels,                                              // 7a  which neighbours belong together (eq. 2)
-    step::cut_steps,                                                // 7a  not a car and what stands behind it
-    step::label_cut,                                                // 7b  connected components; two cars are not one
-    step::label_points,                                             // 7b
-    step::mark_smoke,                                               //     points of smoke have no label
-    step::build_clusters,                                           // 8a  table of clusters in the vehicle frame
-    step::split_clusters,                                           // 8a  not two cars, nor a wall and a car
-    step::mark_own_body,                                            //     points of the own car have no label
+    step::project_points,    step::rank_layers, step::scatter_points,  // 1   range and elevation image
+    step::fill_gaps,                                                   // 2   gaps of one pixel
+    step::sample_road,                                                 // 5b  where the road should be
+    step::running_ground,                                              // 5b  ground: height over the running ground
+    step::mark_islands,                                                // 5b  nor is a car of which one row is seen
+    step::find_ground_light,                                           // 5c  how bright the road is
+    step::drop_smoke,                                                  // 5c  smoke and dust are not obstacles
+    step::repair_range,                                                // 6   NGRIR (eq. 3)
+    step::link_pixels,                                                 // 7a  which neighbours belong together (eq. 2)
+    step::cut_steps,                                                   // 7a  not a car and what stands behind it
+    step::label_cut,                                                   // 7b  connected components; two cars are not one
+    step::label_points,                                                // 7b
+    step::mark_smoke,                                                  //     points of smoke have no label
+    step::build_clusters,                                              // 8a  table of clusters in the vehicle frame
+    step::split_clusters,                                              // 8a  not two cars, nor a wall and a car
+    step::mark_own_body,                                               //     points of the own car have no label
     step::count_reasons,
 };
 static_assert(is_chain(kSegment, kGivenColumns));

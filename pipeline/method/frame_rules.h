@@ -64,7 +64,7 @@ constexpr FrameRule in_stage(FrameRule rule, int32_t stage) {
 // The track stage looks for gaps that last if the method has this rule.
 inline constexpr FrameRule find_view_gaps = {.name = "find_view_gaps",
                                              .stage = OVT_STAGE_MERGE,
-                                             .reads = columns(pixel_point),
+                                             .reads = columns(pixel_point, clusters, cluster_points, reason_count),
                                              .params = "",
                                              .run = &overtake::find_view_gaps};
 
@@ -74,7 +74,7 @@ inline constexpr FrameRule find_ego_on_map_first = in_stage(find_ego_on_map, OVT
 inline constexpr FrameRule locate_clusters = {
     .name = "locate_clusters",
     .stage = OVT_STAGE_MERGE,
-    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label),
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, ground_light),
     .params = "vehicle.length_m gate.slack smoke.dark_share",
     .run = &overtake::locate_clusters,
     .uses_places = true};
@@ -103,7 +103,7 @@ inline constexpr FrameRule keep_car_shaped = {
 inline constexpr FrameRule keep_inside_bounds = {
     .name = "keep_inside_bounds",
     .stage = OVT_STAGE_GATE,
-    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label, height_m),
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label, height_m, ground_light),
     .params = "gate.inside_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
     .run = &overtake::keep_inside_bounds,
     .uses_places = true};
@@ -127,7 +127,7 @@ inline constexpr FrameRule keep_in_range = {
 inline constexpr FrameRule keep_solid = {
     .name = "keep_solid",
     .stage = OVT_STAGE_GATE,
-    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label, height_m),
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label, height_m, ground_light),
     .params = "gate.min_points smoke.dark_share vehicle.length_m",
     .run = &overtake::keep_solid,
     .uses_places = true};

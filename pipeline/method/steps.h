@@ -115,8 +115,14 @@ OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground", kByColumns,
 }
 OVT_STEP(mark_islands, GROUND, "", sensor<&SensorModel::wraps>, sensor<&SensorModel::pitch_rad>, in<range_filled_m>,
          in<height_m>, inout<nonground>);
-OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<point_pixel>, in<range_filled_m>,
-         in<pixel_point>, inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
+// Not a kernel: how bright the ground is.
+OVT_STEP_BY_HAND(find_ground_light, GROUND, "", kWhole, OVT_READS(scan, range_filled_m, pixel_point, nonground),
+                 OVT_WRITES(ground_light), OVT_SCRATCH()) {
+  const RangeImages& m = s.views.images;
+  s.part.ground_light = overtake::find_ground_light(s.part.scan, m.range_filled_m, m.pixel_point, m.nonground);
+}
+OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<ground_light>, in<point_pixel>,
+         in<range_filled_m>, in<pixel_point>, inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
 OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
          in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
 OVT_ROW_STEP(repair_range, REPAIR, "repair", (rows_around<0, 0>), params<&SegmentParams::repair_range>,

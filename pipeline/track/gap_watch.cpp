@@ -9,7 +9,7 @@
 namespace overtake {
 namespace {
 
-constexpr double kLasting_s = 0.25;
+constexpr double kLasting_s = 0.25, kLongestStep_s = 0.6;  // after a longer silence a gap begins anew
 constexpr int64_t kNotNow = INT64_MAX;
 
 bool is_in_gap(const ViewGaps& gaps, int32_t cols, int32_t first, int32_t end) noexcept {
@@ -51,7 +51,9 @@ void GapWatch::follow(const SensorModel& sensor, const ViewGaps& gaps, int64_t s
     const int32_t first = part_at(i);
     int32_t cols = 0;
     for (; i < parts && lasts[part_at(i)]; ++i) cols += first_of(part_at(i) + 1) - first_of(part_at(i));
-    if (cols >= least_gap(sensor) / 2) state.lasting.gap[state.lasting.count++] = {first_of(first), cols};
+    const int32_t cut =
+        2 * ((sensor.cols + parts - 1) / parts);  // parts that lie across an edge of the gap do not last
+    if (cols > least_gap(sensor) - cut) state.lasting.gap[state.lasting.count++] = {first_of(first), cols};
   }
 }
 
@@ -60,7 +62,8 @@ void GapWatch::follow(const SensorModel* sensors, int32_t sensor_count, Frame& f
     const SensorPart& part = frame.sensors[s];
     Sensor& state = sensor_[s];
     const bool is_whole = part.present && !(frame.incomplete_mask >> s & 1u);
-    if (is_whole && part.stamp_ns > state.stamp_ns) {
+    if (is_whole && frame.gaps[s].known && part.stamp_ns > state.stamp_ns) {
+      if (state.has_gaps && seconds_between(state.stamp_ns, part.stamp_ns) > kLongestStep_s) state.has_gaps = false;
       if (state.has_gaps || frame.gaps[s].count > 0) follow(sensors[s], frame.gaps[s], part.stamp_ns, state);
       state.stamp_ns = part.stamp_ns;
     }

@@ -13,12 +13,13 @@ namespace overtake {
 class GapWatch {
  public:
   // The scans of a frame.   reads  gaps, sensors   writes  blocked
-  // A scan that is not newer than the sensor's last one changes nothing, nor does an incomplete one.
+  // A scan changes nothing if it is not newer than the sensor's last one, incomplete, or shows too little ground to
+  // tell (ViewGaps::known).
   void follow(const SensorModel* sensors, int32_t sensor_count, Frame& frame) noexcept;
   void restart() noexcept;
 
  private:
-  static constexpr int32_t kParts = 256;  // of a view
+  static constexpr int32_t kParts = 1024;  // of a view; of fewer columns, one each
 
   struct Sensor {
     int64_t stamp_ns = INT64_MIN;  // of its last scan

@@ -45,6 +45,11 @@ inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_c
   OVT_RULE((info.sensor_mask | info.stale_mask) >> sensor_count == 0);
   OVT_RULE((info.incomplete_mask & ~info.sensor_mask) == 0);
   OVT_RULE(info.incomplete_mask == 0 || (info.flags & OVT_FLAG_SCAN_INCOMPLETE) != 0);
+  OVT_RULE((info.blocked_mask != 0) == ((info.flags & OVT_FLAG_VIEW_BLOCKED) != 0));
+  OVT_RULE((info.blocked_mask & ~info.sensor_mask) == 0);
+  OVT_RULE((info.blocked_mask != 0) == (info.blocked_rad > 0) && info.blocked_rad <= 6.2831855f);
+  OVT_RULE(info.blocked_mask == 0 || (info.blocked_mask >> info.blocked_sensor & 1u) != 0);
+  OVT_RULE(std::fabs(info.blocked_left_rad) <= 3.1415928f);
   OVT_RULE((info.suspect_mask != 0) == ((info.flags & OVT_FLAG_CLOCK_SUSPECT) != 0));
   OVT_RULE((info.suspect_mask & ~uint32_t(OVT_SUSPECT_DETECTIONS | OVT_SUSPECT_EGO)) >> sensor_count == 0);
   OVT_RULE(std::isfinite(info.ego_x_m) && std::isfinite(info.ego_y_m));

@@ -97,6 +97,7 @@ class RulesBench {
       part.scan.count = 0;
       part.row_count = kRows;
       part.reason_count[int32_t(Reason::kSmoke)] = 0;
+      part.ground_light = {};
       Plane<int32_t>& image = part.kept.images.pixel_point;
       for (int32_t r = 0; r < image.rows; ++r)
         for (int32_t c = 0; c < image.cols; ++c) image.at(r, c) = kNoPoint;
@@ -149,6 +150,8 @@ class RulesBench {
           ++frame.sensors[0].reason_count[int32_t(Reason::kSmoke)];
         }
       }
+    frame.sensors[0].ground_light = {.light = 1.0f};
+    frame.sensors[0].reason_count[int32_t(Reason::kLabelled)] = frame.sensors[0].scan.count;
     for (const std::vector<int32_t>& rows : clusters)
       if (!rows.empty()) add_cluster(0, rows);
   }

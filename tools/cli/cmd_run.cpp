@@ -62,7 +62,8 @@ void print_notes(const CountSink& counts, const Session& session) {
                  "a scan shows hardly any ground: something covers a sensor, or the pitch or roll of the ego poses, a "
                  "mounting or the map is wrong"},
                 {OVT_FLAG_EGO_JUMP, "the ego poses jump"},
-                {OVT_FLAG_VIEW_BLOCKED, "a part of a sensor's view has no returns: something covers its window?"},
+                {OVT_FLAG_VIEW_BLOCKED,
+                 "a part of a sensor's view has no returns: something on its window, the own car, a crest?"},
                 {OVT_FLAG_WORK_LIMIT, "the tracker reached its work limit in dense clutter"}};
   for (const auto& note : kNotes) {
     const int64_t count = counts.frames_with(note.flag);

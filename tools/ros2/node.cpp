@@ -161,7 +161,8 @@ class Node {
          "map "
          "is wrong"},
         {OVT_FLAG_EGO_JUMP, "ego jump", Level::kWarning, "the ego poses jump"},
-        {OVT_FLAG_VIEW_BLOCKED, "view blocked", Level::kWarning, "a part of a sensor's view has no returns"},
+        {OVT_FLAG_VIEW_BLOCKED, "view blocked", Level::kWarning,
+         "a part of a sensor's view has no returns: something on its window, the own car, a crest?"},
         {OVT_FLAG_EGO_OFF_MAP, "off map", Level::kError, "the ego vehicle is outside of the map: the map is not used"},
         {OVT_FLAG_SENSOR_MISSING, "missing", Level::kWarning, "frames lack a sensor"},
         {OVT_FLAG_DEADLINE_MISSED, "deadline", Level::kWarning, "frames missed the deadline"},

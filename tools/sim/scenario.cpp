@@ -212,6 +212,7 @@ Dirt read_dirt(TomlReader& toml) {
   dirt.azimuth_rad = toml.number("azimuth_deg", -180, 180) * kDegree;
   dirt.width_rad = toml.number("width_deg", 0.01, 180) * kDegree;
   dirt.from_s = toml.number_or("from_s", 0, 36000, 0), dirt.to_s = toml.number_or("to_s", 0, 36000, 36000);
+  if (dirt.to_s < dirt.from_s) toml.fail(toml.line_of("to_s"), "to_s is before from_s");
   toml.finish();
   return dirt;
 }
