@@ -57,8 +57,8 @@ struct Samples {
 // The ground nearer than the mean of the ranges is brighter than the ground behind it by more than the 1.5th power of
 // the ranges' ratio.
 bool falls_with_range(const ScanTable& scan, const Samples& samples) {
-  constexpr int32_t kEnough = 48;
-  constexpr float kApart = 1.6f;
+  constexpr int32_t kEnough = 24;
+  constexpr float kApart = 1.4f;
   float sum_m = 0.0f;
   for (int32_t i = 0; i < samples.count; ++i) sum_m += samples.range_m[i];
   Ground near, far;

@@ -704,7 +704,7 @@ enum {                               /* ovt_frame_info.flags */
                                         (see blocked_mask): something is on its window, a part of the own car is in
                                         front of it, its driver crops the view, or it looks over a crest into the sky.
                                         Cars behind that are not seen, and a track that is lost there counts as outside
-                                        of the view. Told by scans of which 15 % are ground; a scan out of sequence has
+                                        of the view. Told by scans of which 20 % are ground; a scan out of sequence has
                                         what the newest ones have shown. Azimuths of the def that end at the own car
                                         keep it from being set for ever */
 };

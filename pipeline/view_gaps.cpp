@@ -14,7 +14,7 @@ namespace overtake {
 namespace {
 
 constexpr double kLeastGap_rad = 3.0 * kPi / 180;
-constexpr double kLeastGround = 0.15;  // share of the labelled points; the drivers that remove the ground leave less
+constexpr double kLeastGround = 0.2;  // share of the labelled points; the drivers that remove the ground leave less
 
 // The lower rows see the road, so most columns are known by their first pixels.
 bool is_empty(Plane<const int32_t> pixel_point, int32_t col) noexcept {
