@@ -55,7 +55,8 @@ ClusterReference find_reference(const StageContext& context, const Frame& frame,
   const FrameClusterTable& merged = frame.merged;
   ClusterReference found;
   EgoState ego;
-  if (!frame.uses_map || !frame.ego.at(find_pose_time(context, frame, row), ego)) return found;
+  const int64_t pose_ns = find_pose_time(context, frame, merged.main_sensor[row], merged.stamp_ns[row]);
+  if (!frame.uses_map || !frame.ego.at(pose_ns, ego)) return found;
   double x, y;
   ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
   const MapProjection place = context.map->project(x, y, hint);

@@ -86,11 +86,9 @@ void find_ego_on_map(const StageContext& context, Frame& frame) noexcept {
   frame.uses_map = off_m <= context.detect.ego_margin_m;
 }
 
-int64_t find_pose_time(const StageContext& context, const Frame& frame, int32_t row) noexcept {
-  const int32_t s = frame.merged.main_sensor[row];
-  const SensorModel& sensor = context.sensors[s];
-  return sensor.is_compensated ? later_ns(frame.sensors[s].stamp_ns, sensor.compensated_to_ns)
-                               : frame.merged.stamp_ns[row];
+int64_t find_pose_time(const StageContext& context, const Frame& frame, int32_t sensor, int64_t stamp_ns) noexcept {
+  const SensorModel& model = context.sensors[sensor];
+  return model.is_compensated ? later_ns(frame.sensors[sensor].stamp_ns, model.compensated_to_ns) : stamp_ns;
 }
 
 void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
@@ -112,7 +110,7 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept {
   const double margin = outside_m > 0.0 ? std::max(map_margin_m, outside_m) : map_margin_m;
   EgoState ego;
   const auto is_on_circuit = [&](int32_t row, MapProjection& place) {
-    const int64_t pose_ns = find_pose_time(context, frame, row);
+    const int64_t pose_ns = find_pose_time(context, frame, merged.main_sensor[row], merged.stamp_ns[row]);
     if (!frame.uses_map || !frame.ego.at(pose_ns, ego) || ego.age_ns > kEgoFreshNs) return true;
     double x, y;
     ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);

@@ -52,9 +52,9 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept;
 // The merged cluster of each label, for readers.   reads  members   writes  cluster_of_label
 void number_labels(const StageContext& context, Frame& frame) noexcept;
 
-// Of the ego pose that the place of a merged cluster belongs to: its stamp, or where the driver of its main sensor
+// Of the ego pose that a place measured at stamp_ns belongs to: that stamp, or the time that the sensor's driver
 // compensates to.
-int64_t find_pose_time(const StageContext& context, const Frame& frame, int32_t row) noexcept;
+int64_t find_pose_time(const StageContext& context, const Frame& frame, int32_t sensor, int64_t stamp_ns) noexcept;
 
 // Places the clusters that are, without smoke, no longer than a vehicle (cluster_places.h).
 //   reads  merged, members, cluster points, scans, their ground's light, ego, uses_map   writes  smoke_limit, places

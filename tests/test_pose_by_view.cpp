@@ -133,11 +133,11 @@ TEST_CASE("pose by view: a driver that compensates for the motion of the vehicle
   REQUIRE(bench.frame.merged.count == 1);
   const int64_t stamp_ns = bench.frame.sensors[0].stamp_ns;
   CHECK(bench.frame.merged.stamp_ns[0] == stamp_ns + 30'000'000);
-  CHECK(find_pose_time(bench.context, bench.frame, 0) == stamp_ns + 30'000'000);
+  CHECK(find_pose_time(bench.context, bench.frame, 0, stamp_ns + 30'000'000) == stamp_ns + 30'000'000);
   bench.context.sensors[0].is_compensated = true;
   for (const int64_t to_ns : {int64_t(0), int64_t(-20'000'000), int64_t(50'000'000)}) {
     bench.context.sensors[0].compensated_to_ns = to_ns;
-    CHECK(find_pose_time(bench.context, bench.frame, 0) == stamp_ns + to_ns);
+    CHECK(find_pose_time(bench.context, bench.frame, 0, stamp_ns + 30'000'000) == stamp_ns + to_ns);
   }
   CHECK(bench.frame.merged.stamp_ns[0] == stamp_ns + 30'000'000);
 }

@@ -183,6 +183,13 @@ TEST_CASE("gap watch: after a silence a gap begins anew") {
   watch.see(1.0, {{100, 60}});
   CHECK(watch.see(1.9, {{100, 60}}).count == 0);
   CHECK(watch.see(2.2, {{100, 60}}).count == 1);
+  CHECK(watch.see(3.1, {}).count == 0);
+  CHECK(watch.see(3.15, {}).count == 0);
+  watch.see(3.2, {{100, 60}});
+  CHECK(watch.see(3.5, {{100, 60}}).count == 1);
+  watch.known = false;  // for longer, no scan tells
+  CHECK(watch.see(4.0, {}).count == 1);
+  CHECK(watch.see(4.2, {}).count == 0);
   Watch slow;
   slow.see(1.0, {{100, 60}});
   CHECK(slow.see(1.5, {{100, 60}}).count == 1);

@@ -9,7 +9,7 @@
 namespace overtake {
 namespace {
 
-constexpr double kLasting_s = 0.25, kLongestStep_s = 0.6;  // after a longer silence a gap begins anew
+constexpr double kLasting_s = 0.25, kLongestStep_s = 0.6;  // a gap that no scan tells for longer begins anew
 constexpr int64_t kNotNow = INT64_MAX;
 
 bool is_in_gap(const ViewGaps& gaps, int32_t cols, int32_t first, int32_t end) noexcept {
@@ -62,8 +62,9 @@ void GapWatch::follow(const SensorModel* sensors, int32_t sensor_count, Frame& f
     const SensorPart& part = frame.sensors[s];
     Sensor& state = sensor_[s];
     const bool is_whole = part.present && !(frame.incomplete_mask >> s & 1u);
+    if (is_whole && seconds_between(state.stamp_ns, part.stamp_ns) > kLongestStep_s)
+      state.lasting.count = 0, state.has_gaps = false;
     if (is_whole && frame.gaps[s].known && part.stamp_ns > state.stamp_ns) {
-      if (state.has_gaps && seconds_between(state.stamp_ns, part.stamp_ns) > kLongestStep_s) state.has_gaps = false;
       if (state.has_gaps || frame.gaps[s].count > 0) follow(sensors[s], frame.gaps[s], part.stamp_ns, state);
       state.stamp_ns = part.stamp_ns;
     }

@@ -146,12 +146,12 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
     // The pose is known at the frame's stamp, so it may be somewhat older at that of a row, which is a part of a scan
     // later.
     constexpr int64_t kOldestNs = 2 * kEgoLostNs;
-    const int64_t pose_ns = find_pose_time(context_, frame, in.cluster[i]);
+    const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
+    const int64_t pose_ns = find_pose_time(context_, frame, sensor, in.stamp_ns[i]);
     if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(pose_ns, ego, kOldestNs)) {
       EgoState used = ego;
       if (heading_) {
         corrected_.at(pose_ns, used, kOldestNs);
-        const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
         used = turned(used, learned_.offset_rad({}, sensor, heading_->sensor_count()));
         offset_rad = wrap_angle(used.pose.yaw_rad - ego.pose.yaw_rad);
         add_heading_variance(heading_sigma(sensor), in.x_m[i], in.y_m[i], z);
