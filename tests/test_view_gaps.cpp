@@ -136,6 +136,8 @@ TEST_CASE("gap watch: the narrowest gap, at every place of every sensor") {
         const ViewGaps& lasting = watch.see(0.3, {{first, least}});
         REQUIRE(lasting.count == 1);
         CHECK(double(width_of(watch.sensor, lasting.gap[0])) > 3 * kDegree - 2 * part_rad);
+        CHECK(lasting.gap[0].first_col >= first);
+        CHECK(lasting.gap[0].first_col + lasting.gap[0].cols <= first + least);
       }
     }
 }
