@@ -39,11 +39,7 @@ std::vector<Recorded> write_scans(const TempFolder& folder) {
     char name[32];
     std::snprintf(name, sizeof name, "%06d", frame);
     io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), cloud);
-    std::string bin;
-    for (std::size_t i = 0; i < std::size_t(cloud.points); ++i)
-      for (std::size_t c = 0; c < 4; ++c)
-        bin.append(reinterpret_cast<const char*>(cloud.columns[c].bytes.data()) + 4 * i, 4);
-    folder.write(std::string("bin/") + name + ".bin", bin);
+    folder.write(std::string("bin/") + name + ".bin", kitti_bytes(cloud));
     messages.push_back(cloud_of(cloud, "/front/points", frame * kPeriodNs));
   }
   return messages;

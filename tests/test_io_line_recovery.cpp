@@ -65,11 +65,7 @@ TEST_CASE("line recovery: rings of recorded KITTI scans are exact, and the hash 
   for (const char* name : {"000000", "000001", "000002"}) {
     const io::Cloud cloud = io::read_cloud(recorded(std::string("kitti/") + name + ".pcd"));
     io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), cloud);
-    std::string bin;
-    for (std::size_t i = 0; i < std::size_t(cloud.points); ++i)
-      for (std::size_t c = 0; c < 4; ++c)
-        bin.append(reinterpret_cast<const char*>(cloud.columns[c].bytes.data()) + 4 * i, 4);
-    folder.write(std::string("bin/") + name + ".bin", bin);
+    folder.write(std::string("bin/") + name + ".bin", kitti_bytes(cloud));
   }
   const io::Rig rig = io::load_rig("hdl64");
   CHECK(hash_of_run(folder.path("bin"), rig) == hash_of_run(folder.path("pcd"), rig));

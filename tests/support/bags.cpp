@@ -27,6 +27,14 @@ io::CloudColumn column(io::ValueType type, const std::vector<T>& values) {
 
 }  // namespace
 
+std::string kitti_bytes(const io::Cloud& cloud) {
+  std::string bytes;
+  for (std::size_t i = 0; i < std::size_t(cloud.points); ++i)
+    for (std::size_t c = 0; c < 4; ++c)
+      bytes.append(reinterpret_cast<const char*>(cloud.columns[c].bytes.data()) + 4 * i, 4);
+  return bytes;
+}
+
 io::Cloud swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring) {
   std::vector<float> x, y, z, intensity;
   std::vector<uint16_t> ring;

@@ -22,7 +22,8 @@ struct Recorded {
 // A wall and a road seen by a sensor of `lines` rings that sweeps from left to right, `shots` per ring; the wall is 20
 // m + `shift_m` ahead. Columns x y z intensity ring (uint16).
 io::Cloud swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring = true);
-io::Rig swept_rig(int32_t lines);  // one sensor "front" that fits swept_cloud
+std::string kitti_bytes(const io::Cloud& cloud);  // the file of KITTI: the first four columns, float32
+io::Rig swept_rig(int32_t lines);                 // one sensor "front" that fits swept_cloud
 
 Recorded cloud_of(const io::Cloud& points, const std::string& topic, int64_t stamp_ns,
                   const std::string& frame_id = "front");
