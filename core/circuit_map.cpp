@@ -94,35 +94,6 @@ bool CircuitMap::build(const double* x_m, const double* y_m, const double* width
   return true;
 }
 
-// A chord has the direction of the tangent at its middle (exactly so on a circle). So a vertex's heading is
-// interpolated between its two chords by their lengths. Curvature: central difference of the vertices' headings.
-void CircuitMap::compute_headings() {
-  const int32_t n = segment_count();
-  std::vector<double> chord(static_cast<std::size_t>(n));
-  const auto at = [](auto& column, int32_t i) -> auto& { return column[static_cast<std::size_t>(i)]; };
-  const auto length = [&](int32_t i) { return at(s_, i + 1) - at(s_, i); };
-  for (int32_t i = 0; i < n; ++i) at(chord, i) = atan2_f64(at(y_, i + 1) - at(y_, i), at(x_, i + 1) - at(x_, i));
-  heading_.assign(x_.size(), 0.0);
-  curvature_.assign(x_.size(), 0.0);
-  for (int32_t i = closed_ ? 0 : 1; i < n; ++i) {
-    const int32_t before = i > 0 ? i - 1 : n - 1;
-    at(heading_, i) = mix_angle(at(chord, before), at(chord, i), length(before) / (length(before) + length(i)));
-  }
-  if (closed_) {
-    at(heading_, n) = at(heading_, 0);
-  } else {  // an end vertex extrapolates the slope of the two end chords
-    at(heading_, 0) = mix_angle(at(heading_, 1), at(chord, 0), 2.0);
-    at(heading_, n) = mix_angle(at(heading_, n - 1), at(chord, n - 1), 2.0);
-  }
-  for (int32_t i = 0; i < (closed_ ? n : n + 1); ++i) {
-    const bool first = i == 0, last = i == n;
-    const int32_t before = !first ? i - 1 : closed_ ? n - 1 : 0, after = last ? n : i + 1;
-    const double span = (last ? 0.0 : length(i)) + (first && !closed_ ? 0.0 : length(before));
-    at(curvature_, i) = wrap_angle(at(heading_, after) - at(heading_, before)) / span;
-  }
-  if (closed_) at(curvature_, n) = at(curvature_, 0);
-}
-
 void CircuitMap::compute_boxes() {
   const int32_t n = segment_count(), leaves = (n + kLeafSegments - 1) / kLeafSegments;
   leaf_begin_ = 1;

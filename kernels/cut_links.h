@@ -25,6 +25,7 @@ struct CutLinksParams {
 struct LabelExtent {
   float near_m, far_m;
   int32_t first_col, last_col;
+  int32_t first_turned, last_turned;  // the same, of columns turned by half of the image
   int32_t row, col;
 };
 
@@ -40,11 +41,11 @@ struct LabelExtent {
 //   returns  the number of cut links: if any, the labels are to be made anew
 //   length   of a label: the root of (far - near)^2 + width^2, width = mean of far and near * columns * sin_pitch,
 //            over the pixels that end a run (without a link to their left or right). A cluster across the first column
-//            of a sensor that wraps is long: it is not cut
+//            of a sensor that wraps is measured behind the sensor, in an image that is turned by half
 //   scratch  extents[label_count + 1]      cost  each end of a run once; each pixel of a cluster of such a length
 //   agrees   exactly on every ISA
 namespace ref {
-int32_t cut_links(const CutLinksParams& params, Plane<const float> range_repaired_m,
+int32_t cut_links(const CutLinksParams& params, bool wraps, Plane<const float> range_repaired_m,
                   Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired,
                   Plane<const int32_t> labels, int32_t label_count, BitPlane link_right, BitPlane link_down,
                   LabelExtent* extents) noexcept;

@@ -23,10 +23,11 @@ uint64_t linked_left(const uint64_t* right, int32_t w) { return right[w] << 1 | 
 
 class LinkCutter {
  public:
-  LinkCutter(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
+  LinkCutter(const CutLinksParams& params, bool wraps, Plane<const float> range_m, Plane<const float> elevation_rad,
              Plane<const int32_t> labels, int32_t label_count, BitPlane link_right, BitPlane link_down,
              LabelExtent* extents)
       : params_(params),
+        wraps_(wraps),
         range_m_(range_m),
         elevation_rad_(elevation_rad),
         labels_(labels),
@@ -36,7 +37,7 @@ class LinkCutter {
         extents_(extents) {}
 
   void measure(ConstBitPlane nonground) const {
-    std::fill_n(extents_, label_count_ + 1, LabelExtent{INFINITY, 0.0f, labels_.cols, 0, 0, 0});
+    std::fill_n(extents_, label_count_ + 1, LabelExtent{INFINITY, 0.0f, labels_.cols, 0, labels_.cols, 0, 0, 0});
     for (int32_t r = 0; r < labels_.rows; ++r) {
       const uint64_t* right = right_.row(r);
       for (int32_t w = 0; w < nonground.words_per_row; ++w)
@@ -50,6 +51,9 @@ class LinkCutter {
           extent.far_m = std::max(extent.far_m, range_m);
           extent.first_col = std::min(extent.first_col, c);
           extent.last_col = std::max(extent.last_col, c);
+          const int32_t turned = turned_column(wraps_, labels_.cols, c);
+          extent.first_turned = std::min(extent.first_turned, turned);
+          extent.last_turned = std::max(extent.last_turned, turned);
         }
     }
   }
@@ -64,6 +68,7 @@ class LinkCutter {
 
  private:
   const CutLinksParams& params_;
+  const bool wraps_;
   const Plane<const float> range_m_, elevation_rad_;
   const Plane<const int32_t> labels_;
   const int32_t label_count_;
@@ -73,12 +78,12 @@ class LinkCutter {
 
 }  // namespace
 
-int32_t cut_links(const CutLinksParams& params, Plane<const float> range_repaired_m,
+int32_t cut_links(const CutLinksParams& params, bool wraps, Plane<const float> range_repaired_m,
                   Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired,
                   Plane<const int32_t> labels, int32_t label_count, BitPlane link_right, BitPlane link_down,
                   LabelExtent* extents) noexcept {
-  const LinkCutter cutter(params, range_repaired_m, elevation_repaired_rad, labels, label_count, link_right, link_down,
-                          extents);
+  const LinkCutter cutter(params, wraps, range_repaired_m, elevation_repaired_rad, labels, label_count, link_right,
+                          link_down, extents);
   cutter.measure(nonground_repaired);
   bool any = false;
   for (int32_t label = 1; label <= label_count; ++label) any = any || cutter.may_be_two_cars(label) != TwoCars::kNo;

@@ -12,12 +12,19 @@ namespace overtake {
 
 enum class TwoCars { kNo, kLong, kAbreast, kInLine };
 
+// A column of an image that is turned by half, where columns wrap: neighbours across its edge lie side by side there.
+OVT_INLINE int32_t turned_column(bool wraps, int32_t cols, int32_t c) {
+  const int32_t half = wraps ? cols / 2 : 0;
+  return c < half ? c + cols - half : c - half;
+}
+
 // Whether a cluster may be two cars, and why: too long for one car and too short for a wall, as wide as two cars, or
 // narrow and not short.
 OVT_INLINE TwoCars may_be_two_cars(const CutLinksParams& params, const LabelExtent& extent) {
   const float depth_m = extent.far_m - extent.near_m;
+  const int32_t columns = extent.last_col - extent.first_col, turned = extent.last_turned - extent.first_turned;
   const float width_m =
-      0.5f * (extent.far_m + extent.near_m) * float(extent.last_col - extent.first_col) * params.sin_pitch;
+      0.5f * (extent.far_m + extent.near_m) * float(turned < columns ? turned : columns) * params.sin_pitch;
   const float length_m2 = depth_m * depth_m + width_m * width_m;
   if (!(length_m2 < params.max_length_m * params.max_length_m)) return TwoCars::kNo;
   if (length_m2 > params.min_length_m * params.min_length_m) return TwoCars::kLong;
@@ -37,9 +44,12 @@ OVT_INLINE CutSteps steps_of(const CutLinksParams& params, TwoCars cluster) {
   return {params.in_line_step_m, params.in_line_step_m};
 }
 
-OVT_INLINE bool is_weak_right(const CutLinksParams& params, float step_m, const float* range_m, int32_t c) {
-  if (abs_of(range_m[c] - range_m[c + 1]) < step_m) return false;
-  return !pixels_join(range_m[c], range_m[c + 1], params.sin_pitch, params.cos_pitch, params.tan_threshold);
+// A link from the last column leads to the first one.
+OVT_INLINE bool is_weak_right(const CutLinksParams& params, float step_m, Plane<const float> range_m, int32_t r,
+                              int32_t c) {
+  const float own_m = range_m.row(r)[c], next_m = range_m.row(r)[c + 1 < range_m.cols ? c + 1 : 0];
+  if (abs_of(own_m - next_m) < step_m) return false;
+  return !pixels_join(own_m, next_m, params.sin_pitch, params.cos_pitch, params.tan_threshold);
 }
 
 OVT_INLINE bool is_weak_down(const CutLinksParams& params, float step_m, Plane<const float> range_m,
@@ -62,8 +72,9 @@ OVT_INLINE int32_t cut_run(const CutLinksParams& params, const CutSteps& steps, 
   int32_t cuts = 0;
   for (bool goes_on = true; goes_on; ++c) {
     if (down.test(r, c) && is_weak_down(params, steps.down_m, range_m, elevation_rad, r, c)) cuts += clear(down, r, c);
-    goes_on = c + 1 < range_m.cols && right.test(r, c);
-    if (goes_on && is_weak_right(params, steps.right_m, range_m.row(r), c)) cuts += clear(right, r, c);
+    const bool has_link = right.test(r, c);
+    if (has_link && is_weak_right(params, steps.right_m, range_m, r, c)) cuts += clear(right, r, c);
+    goes_on = has_link && c + 1 < range_m.cols;
   }
   return cuts;
 }

@@ -16,7 +16,7 @@ int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> r
     return label_bfs(wraps, range_filled_m, nonground_repaired, link_right, link_down, labels, queue);
   };
   const int32_t label_count = label();
-  const int32_t cuts = cut_links(params, range_repaired_m, elevation_repaired_rad, nonground_repaired, labels,
+  const int32_t cuts = cut_links(params, wraps, range_repaired_m, elevation_repaired_rad, nonground_repaired, labels,
                                  label_count, link_right, link_down, extents);
   return cuts > 0 ? label() : label_count;
 }

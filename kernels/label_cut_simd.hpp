@@ -13,7 +13,7 @@ namespace overtake::simd {
 
 // The ends of each run.
 template <class A>
-OVT_INLINE void measure_runs(Plane<const float> range_m, ConstBitPlane nonground, ConstBitPlane link_right,
+OVT_INLINE void measure_runs(bool wraps, Plane<const float> range_m, ConstBitPlane nonground, ConstBitPlane link_right,
                              LabelExtent* extents) {
   int32_t begun = 0;
   for (int32_t r = 0; r < range_m.rows; ++r) {
@@ -24,7 +24,8 @@ OVT_INLINE void measure_runs(Plane<const float> range_m, ConstBitPlane nonground
       const uint64_t bits = nonground.row(r)[w], links = link_right.row(r)[w] & bits;
       for (uint64_t starts = bits & ~(links << 1 | carry); starts != 0; starts &= starts - 1) {
         const int32_t c = 64 * w + lowest_bit(starts);
-        extents[begun++] = {range[c], range[c], c, c, r, c};
+        const int32_t turned = turned_column(wraps, range_m.cols, c);
+        extents[begun++] = {range[c], range[c], c, c, turned, turned, r, c};
       }
       // A run that goes on past the edge, where columns wrap, has no end here.
       for (uint64_t ends = bits & ~links; ends != 0; ends &= ends - 1) {
@@ -33,6 +34,9 @@ OVT_INLINE void measure_runs(Plane<const float> range_m, ConstBitPlane nonground
         run.near_m = min_of(run.near_m, range[c]);
         run.far_m = max_of(run.far_m, range[c]);
         run.last_col = c;
+        const int32_t turned = turned_column(wraps, range_m.cols, c);
+        run.first_turned = turned < run.first_turned ? turned : run.first_turned;
+        run.last_turned = turned > run.last_turned ? turned : run.last_turned;
       }
       carry = links >> 63;
     }
@@ -54,6 +58,8 @@ OVT_INLINE bool join_extents(const CutLinksParams& params, int32_t run_count, in
     all.far_m = max_of(all.far_m, own.far_m);
     all.first_col = own.first_col < all.first_col ? own.first_col : all.first_col;
     all.last_col = own.last_col > all.last_col ? own.last_col : all.last_col;
+    all.first_turned = own.first_turned < all.first_turned ? own.first_turned : all.first_turned;
+    all.last_turned = own.last_turned > all.last_turned ? own.last_turned : all.last_turned;
   }
   bool any = false;
   for (int32_t run = 0; run < run_count; ++run) {
@@ -122,7 +128,12 @@ OVT_INLINE int32_t cut_words(const CutLinksParams& params, const CutSteps& steps
   for (int32_t first = c & 63, w = c >> 6; w < right.words_per_row; ++w, first = 0) {
     // The run goes on behind a link.
     const uint64_t links = right.row(r)[w] >> first, run = ~links == 0 ? links : (links ^ (links + 1)) << first;
-    const int32_t last_col = range_m.cols - 1 - 64 * w;  // its link leads to the first column
+    const int32_t last_col = range_m.cols - 1 - 64 * w;  // its link leads to the first column: apart from the others
+    if (last_col < 64 && (right.row(r)[w] & run) >> last_col != 0 &&
+        is_weak_right(params, steps.right_m, range_m, r, range_m.cols - 1)) {
+      right.row(r)[w] &= ~(uint64_t(1) << last_col);
+      ++cuts;
+    }
     const uint64_t of_right = right.row(r)[w] & run & (last_col < 64 ? ~(uint64_t(1) << last_col) : ~uint64_t(0));
     const uint64_t of_down = down.row(r)[w] & run;
     uint64_t weak_right = 0, weak_down = 0;
@@ -162,7 +173,7 @@ int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> r
                   int32_t* queue, LabelExtent* extents) noexcept {
   int32_t* parent = queue;
   int32_t run_count = find_runs<A>(wraps, nonground_repaired, link_right, link_down, parent);
-  measure_runs<A>(range_repaired_m, nonground_repaired, link_right, extents);
+  measure_runs<A>(wraps, range_repaired_m, nonground_repaired, link_right, extents);
   if (join_extents(params, run_count, parent, extents)) {
     int32_t cuts = 0, split_count = 0;
     LabelExtent* const splits = extents + run_count;
@@ -176,7 +187,7 @@ int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> r
                            link_down, [&](int32_t c) OVT_INLINED {
                              if (!nonground_repaired.test(r, c) || !nonground_repaired.test(r, c + 1)) return;
                              while (at + 1 < run_count && extents[at + 1].row == r && extents[at + 1].col <= c) ++at;
-                             splits[split_count++] = {0.0f, 0.0f, 0, 0, at, c};
+                             splits[split_count++] = {0.0f, 0.0f, 0, 0, 0, 0, at, c};
                            });
     }
     if (cuts > 0)

@@ -132,12 +132,13 @@ bool is_row_of_road(const StageContext& context, const Frame& frame, int32_t row
 
 // Whether a candidate is a piece of the ground around it, which no map tells: ground beside each of its rows has the
 // same range, and several rows lie flat. Beside a body the row passes on to what is farther away. Nor is one row a
-// body that is not over the ground. Farther away the road returns less.
+// body that is not over the ground. Farther away the road returns less: there must be ground on both sides.
 bool goes_on_as_ground(const StageContext& context, const Frame& frame, int32_t row, int32_t rows) {
   constexpr float kFar_m = 60.0f, kLow_m = 0.05f;
-  if (has_bounds(frame.places, row) || !(frame.merged.nearest_m[row] < kFar_m)) return false;
+  if (has_bounds(frame.places, row) || (rows > 0 && !is_flat(context, frame, row))) return false;
   const LevelRows all = count_level_rows(context, frame, row);
-  if (rows > 0) return all.level == all.rows && is_flat(context, frame, row);
+  if (!(frame.merged.nearest_m[row] < kFar_m)) return all.enclosed == all.rows;
+  if (rows > 0) return all.level == all.rows;
   return all.level > 0 || measure_heights(frame, row).high_m < kLow_m;
 }
 

@@ -173,25 +173,37 @@ void PixelView::count_smoke(const PixelBox& box, float range_m, float beside_m, 
 }
 
 void PixelView::count_level(int32_t cluster, LevelRows& count) const noexcept {
-  constexpr float kStep_m = 0.4f;
+  constexpr float kStep_m = 0.4f, kStepShare = 0.01f;
   const Plane<int32_t>& image = part_.kept.images.pixel_point;
+  const int32_t* const pixels = part_.kept.points.pixel;
+  const auto is_ground = [&](int32_t point) { return point >= 0 && part_.kept.points.label[point] == kLabelGround; };
   const int32_t begin = part_.clusters.point_begin[cluster], end = begin + part_.clusters.point_count[cluster];
   uint64_t rows = 0, level = 0;
+  int32_t left[64], right[64];  // the points at the ends of a row
   for (int32_t k = begin; k < end; ++k) {
-    const int32_t point = part_.cluster_points.point[k], pixel = part_.kept.points.pixel[point];
+    const int32_t point = part_.cluster_points.point[k], pixel = pixels[point];
     if (pixel < 0) continue;
-    const int32_t row = pixel / image.stride, col = pixel % image.stride;
-    const uint64_t bit = uint64_t(1) << (row & 63);
+    const int32_t row = pixel / image.stride, col = pixel % image.stride, place = row & 63;
+    const uint64_t bit = uint64_t(1) << place;
+    if (!(rows & bit) || pixel < pixels[left[place]]) left[place] = point;
+    if (!(rows & bit) || pixel > pixels[right[place]]) right[place] = point;
     rows |= bit;
     if (level & bit) continue;
     for (int32_t side = -kBeside; side <= kBeside; ++side) {
       const int32_t beside = at(row, col + side);
-      if (beside >= 0 && part_.kept.points.label[beside] == kLabelGround &&
-          abs_of(range_of(beside) - range_of(point)) < kStep_m)
-        level |= bit;
+      if (is_ground(beside) && abs_of(range_of(beside) - range_of(point)) < kStep_m) level |= bit;
     }
   }
+  const auto goes_on = [&](int32_t point, int32_t step) {
+    const int32_t pixel = pixels[point], beside = next_beside(pixel / image.stride, pixel % image.stride, step);
+    const float range_m = range_of(point);
+    return is_ground(beside) && abs_of(range_of(beside) - range_m) < max_of(kStep_m, kStepShare * range_m);
+  };
   count.rows += std::popcount(rows), count.level += std::popcount(level);
+  for (uint64_t bits = rows; bits != 0; bits &= bits - 1) {
+    const int32_t place = std::countr_zero(bits);
+    count.enclosed += goes_on(left[place], -1) && goes_on(right[place], 1);
+  }
 }
 
 int32_t PixelView::at(int32_t row, int32_t col) const noexcept {

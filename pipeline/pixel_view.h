@@ -26,9 +26,10 @@ struct BoxFill {
   float of_returns, of_pixels;
 };
 
-// Rows of a cluster, and those that the ground beside the cluster continues without a step.
+// Rows of a cluster; those that the ground beside the cluster continues without a step, and those that go on as ground
+// on the left and on the right.
 struct LevelRows {
-  int32_t rows = 0, level = 0;
+  int32_t rows = 0, level = 0, enclosed = 0;
 };
 
 // kNoPoint: none.
@@ -72,7 +73,8 @@ class PixelView {
   // Whether the next return on one side (step -1 or 1) in its row, at most three pixels away, is of another cluster and
   // clearly nearer.
   bool is_behind(int32_t point, int32_t step) const noexcept;
-  // Adds the rows of a cluster. The ground beside a row has the range of the row's end: the row lies on it.
+  // Adds the rows of a cluster. The ground beside a row has the range of one of its points; for `enclosed`, that of
+  // both of its ends, nearly: the row lies on it.
   void count_level(int32_t cluster, LevelRows& count) const noexcept;
   // The points in the next rows above and below that are as high over the running ground as a point, at another range;
   // none if that is lower than high_m.

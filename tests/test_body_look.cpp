@@ -294,14 +294,19 @@ TEST_CASE("body look: far rows that are one object each are a plane, unless one 
 }
 
 TEST_CASE("body look: without a map, rows that go on beside the object as ground at the same range are ground") {
-  // An object and, to its left, ground; both at x_m, and high_m over the running ground that the scan was judged by.
-  const auto kept = [](double x_m, double ground_x_m, Solid object, float high_m, bool with_map = false) {
+  // An object and, to its left, ground, and on its right at right_x_m, if not 0; the object at x_m, and high_m over the
+  // running ground that the scan was judged by.
+  const auto kept = [](double x_m, double ground_x_m, Solid object, float high_m, bool with_map = false,
+                       double right_x_m = 0) {
     object.x_m = x_m;
-    const double width_m = 2.0;
-    const Solid ground = {
-        ground_x_m, 0.5 * (object.width_m + width_m), 0, object.length_m, width_m, object.low_m, object.high_m, 0};
+    const double width_m = 2.0, aside_m = 0.5 * (object.width_m + width_m);
+    const auto ground = [&](double at_m, double left_m) {
+      return Solid{at_m, left_m, 0, object.length_m, width_m, object.low_m, object.high_m, 0};
+    };
+    std::vector<Solid> solids = {object, ground(ground_x_m, aside_m)};
+    if (right_x_m > 0) solids.push_back(ground(right_x_m, -aside_m));
     RulesBench bench(with_map);
-    bench.look({object, ground});
+    bench.look(solids);
     const SegmentViews& views = bench.frame.sensors[0].kept;
     for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i) {
       int32_t& label = views.points.label[i];
@@ -324,7 +329,13 @@ TEST_CASE("body look: without a map, rows that go on beside the object as ground
   CHECK(kept(18, 18, upright, 0.4f) == 1);
   const auto face = [](double x_m) { return Solid{0, 0, 0, 0.05, 1.5, 0.3, 0.3 + 0.0035 * x_m}; };  // one row
   CHECK(kept(55, 55, face(55), 0.7f) == 0);
-  CHECK(kept(70, 70, face(70), 0.7f) == 1);
+  CHECK(kept(70, 70, face(70), 0.7f) == 1);  // far away there must be ground on both sides
+  CHECK(kept(70, 70, face(70), 0.7f, false, 70) == 0);
+  CHECK(kept(70, 70.5, face(70), 0.7f, false, 69.5) == 0);
+  CHECK(kept(70, 70, face(70), 0.7f, false, 71) == 1);
+  CHECK(kept(70, 71, face(70), 0.7f, false, 70) == 1);
+  CHECK(kept(70, 70, face(70), 0.7f, true, 70) == 1);
+  CHECK(kept(70, 70, upright, 0.7f, false, 70) == 1);
 }
 
 TEST_CASE("body look: far away without a map, one row that is lower than the tyres of a car is ground") {

@@ -12,6 +12,7 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/math.h"
@@ -247,6 +248,89 @@ TEST_CASE("circuit map: on a closed line s wraps: before the start is the end of
   CHECK(map.project(0.0, 0.0).s_m == 0.0);
   CHECK(map.project(-1.0, -1.0).s_m == 0.0);
   CHECK(map.project(50.0, 50.0).segment == 0);  // four times 50 m: the lower segment
+}
+
+// Root mean squares, at the vertices.
+struct LineErrors {
+  double heading_rad = 0, curvature_per_m = 0;
+};
+template <class F>
+LineErrors measure_errors(const CircuitMap& map, int32_t count, F&& truth) {
+  LineErrors sum;
+  for (int32_t i = 0; i < count; ++i) {
+    const auto [heading_rad, curvature_per_m] = truth(i);
+    const MapPose at = map.at(map.length_m() * i / count);  // the length counts the noise, too
+    sum.heading_rad += std::pow(wrap_angle(at.heading_rad - heading_rad), 2);
+    sum.curvature_per_m += std::pow(at.curvature_per_m - curvature_per_m, 2);
+  }
+  return {std::sqrt(sum.heading_rad / count), std::sqrt(sum.curvature_per_m / count)};
+}
+
+TEST_CASE("circuit map: noise of the points becomes no noise of heading and curvature") {
+  struct {
+    double step_m, noise_m, heading_deg, curvature_per_m;
+  } const cases[] = {{0.25, 0.02, 0.2, 1e-3}, {0.5, 0.01, 0.2, 1e-3}, {0.5, 0.03, 0.25, 1e-3}, {2, 0.1, 1.0, 3e-3}};
+  for (const auto& [step_m, noise_m, heading_deg, curvature_per_m] : cases)
+    for (const double radius : {25.0, 150.0}) {
+      CAPTURE(step_m);
+      CAPTURE(noise_m);
+      CAPTURE(radius);
+      const int32_t points = int32_t(kTwoPi * radius / step_m);
+      Line line = make_circle(radius, points);
+      std::mt19937 random(5);
+      std::normal_distribution<double> noise(0.0, noise_m);
+      for (int32_t i = 0; i < points; ++i)
+        line.x[std::size_t(i)] += noise(random), line.y[std::size_t(i)] += noise(random);
+      CircuitMap map;
+      REQUIRE(line.build(map, true));
+      const LineErrors error = measure_errors(
+          map, points, [&](int32_t i) { return std::pair(wrap_angle(kTwoPi * i / points + kHalfPi), 1.0 / radius); });
+      CHECK(error.heading_rad < heading_deg * kPi / 180);
+      CHECK(error.curvature_per_m < curvature_per_m);
+      // The line itself is the caller's: places on it are its points.
+      for (const std::size_t i : {std::size_t(0), std::size_t(points / 2)})
+        CHECK(std::fabs(map.project(line.x[i], line.y[i]).d_m) < 1e-9);
+    }
+}
+
+TEST_CASE("circuit map: points so noisy that the line turns back have the direction of the line") {
+  Line line;
+  std::mt19937 random(6);
+  std::normal_distribution<double> noise(0.0, 0.15);
+  constexpr int32_t kPoints = 1000;
+  for (int32_t i = 0; i < kPoints; ++i) line.add(0.2 * i + noise(random), noise(random));
+  CircuitMap map;
+  REQUIRE(line.build(map, false));
+  const LineErrors error = measure_errors(map, kPoints, [](int32_t) { return std::pair(0.0, 0.0); });
+  CHECK(error.heading_rad < 3 * kPi / 180);
+  CHECK(error.curvature_per_m < 0.02);
+}
+
+TEST_CASE("circuit map: a line without noise keeps the headings of its chords") {
+  const auto check = [](const Line& line) {
+    CircuitMap map;
+    REQUIRE(line.build(map, false));
+    double s = 0.0;
+    for (std::size_t i = 1; i + 1 < line.x.size(); ++i) {
+      const double before_m = hypot_f64(line.x[i] - line.x[i - 1], line.y[i] - line.y[i - 1]);
+      const double after_m = hypot_f64(line.x[i + 1] - line.x[i], line.y[i + 1] - line.y[i]);
+      const double before = atan2_f64(line.y[i] - line.y[i - 1], line.x[i] - line.x[i - 1]);
+      const double after = atan2_f64(line.y[i + 1] - line.y[i], line.x[i + 1] - line.x[i]);
+      s += before_m;
+      CAPTURE(i);
+      const double heading = wrap_angle(before + before_m / (before_m + after_m) * wrap_angle(after - before));
+      REQUIRE(std::fabs(wrap_angle(map.at(s).heading_rad - heading)) < 1e-9);
+    }
+  };
+  Line bends, corners, sparse;
+  double x = 0, y = 0, heading = 0;
+  for (int32_t i = 0; i < 800; ++i, heading += 0.06 * std::sin(0.02 * i) * std::sin(0.02 * i))
+    bends.add(x += std::cos(heading), y += std::sin(heading));
+  for (int32_t i = 0; i < 100; ++i) corners.add(i, 0);
+  for (int32_t i = 0; i < 100; ++i) corners.add(100, i);
+  for (int32_t i = 0; i < 100; ++i) corners.add(100 - i, 100);
+  for (int32_t i = 0; i < 60; ++i) sparse.add(5 * i, i % 2);  // points far apart mean what they say
+  for (const Line& line : {bends, corners, sparse}) check(line);
 }
 
 TEST_CASE("circuit map: the heading is smooth where angles wrap, and over the start") {

@@ -53,14 +53,16 @@ CutLinksParams with_in_line() {
 
 // Ranges in metres; 0: no pixel. All neighbours are linked.
 struct Cut {
-  Cut(const CutLinksParams& params, OwnedPlane<float> range)
+  Cut(const CutLinksParams& params, OwnedPlane<float> range, bool wraps = false)
       : right(range.view().rows, range.view().cols),
         down(range.view().rows, range.view().cols),
         labels(range.view().rows, range.view().cols) {
     const int32_t rows = range.view().rows, cols = range.view().cols;
     OwnedPlane<float> elevation(rows, cols);
     OwnedBits nonground(rows, cols);
-    const auto is_there = [&](int32_t r, int32_t c) { return r < rows && c < cols && range.at(r, c) > 0.0f; };
+    const auto is_there = [&](int32_t r, int32_t c) {
+      return r < rows && (c < cols || wraps) && range.at(r, c % cols) > 0.0f;
+    };
     for (OwnedBits* bits : {&nonground, &right, &down}) bits->clear();
     for (int32_t r = 0; r < rows; ++r)
       for (int32_t c = 0; c < cols; ++c) {
@@ -71,15 +73,16 @@ struct Cut {
         if (is_there(r + 1, c)) down.view().set(r, c);
       }
     std::vector<int32_t> queue(std::size_t(rows * cols));
-    const auto label = [&] { return ref::label_bfs(false, range, nonground, right, down, labels, queue.data()); };
+    const auto label = [&] { return ref::label_bfs(wraps, range, nonground, right, down, labels, queue.data()); };
     const int32_t label_count = label();
     std::vector<LabelExtent> extents(std::size_t(label_count) + 1);
-    count = ref::cut_links(params, range, elevation, nonground, labels, label_count, right, down, extents.data());
-    label();
+    count =
+        ref::cut_links(params, wraps, range, elevation, nonground, labels, label_count, right, down, extents.data());
+    clusters = label();
   }
   OwnedBits right, down;
   OwnedPlane<int32_t> labels;
-  int32_t count;
+  int32_t count, clusters;  // of links that are cut; of clusters after that
 };
 
 TEST_CASE("cut_links: two cars in one cluster become two, above one another and side by side") {
@@ -201,6 +204,31 @@ TEST_CASE("cut_links: words of 64 columns, and an image without a cluster") {
   CHECK(Cut(usual(), {{0.0f, 0.0f}}).count == 0);
 }
 
+TEST_CASE("cut_links: a cluster across the first column of a sensor that wraps is cut as anywhere else") {
+  struct {
+    CutLinksParams params;
+    OwnedPlane<float> range;
+    int32_t cuts, clusters;
+  } scenes[] = {{usual(), {{36.0f, 36.0f, 36.1f}, {30.1f, 30.0f, 30.0f}}, 3, 2},
+                {usual(), {{30.0f, 30.1f, 31.5f, 33.2f, 35.9f, 36.0f}}, 3, 4},
+                {with_in_line(), {{34.1f, 34.0f, 34.0f}, {30.1f, 30.0f, 30.0f}}, 3, 2},
+                {usual(), {{35.4f, 35.4f}, {30.0f, 30.0f}}, 0, 1}};
+  for (auto& scene : scenes)
+    for (const int32_t cols : {40, 75})
+      for (int32_t first = 0; first < cols; ++first) {
+        CAPTURE(cols);
+        CAPTURE(first);
+        OwnedPlane<float> range(scene.range.view().rows, cols);
+        range.fill(0.0f);
+        for (int32_t r = 0; r < scene.range.view().rows; ++r)
+          for (int32_t c = 0; c < scene.range.view().cols; ++c)
+            range.at(r, (first + c) % cols) = scene.range.view().row(r)[c];
+        const Cut cut(scene.params, range, true);
+        CHECK(cut.count == scene.cuts);
+        CHECK(cut.clusters == scene.clusters);
+      }
+}
+
 // Rows of cars and walls: runs of all lengths, at a few ranges, that end at the edges of words and of the image.
 TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") {
   const KernelTable* tables[16] = {};
@@ -241,7 +269,7 @@ TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") 
         const auto label = [&] { return ref::label_bfs(wraps, range, nonground, right, down, labels, queue.data()); };
         count = label();
         const int32_t cuts =
-            ref::cut_links(cut, range, elevation, nonground, labels, count, right, down, extents.data());
+            ref::cut_links(cut, wraps, range, elevation, nonground, labels, count, right, down, extents.data());
         images_with_cuts += cuts > 0;
         count = label();
       } else {
