@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Heading and curvature of a map's line. Two points that lie near each other turn a small error into a large one: points
-// 0.5 m apart with an error of 1 cm have headings that err by 0.8 deg, and curvatures like those of a bend of 40 m.
+// Heading and curvature of a map's line. Points that lie near each other turn a small error into a large one: with an
+// error of 1 cm, points 0.5 m apart have headings that err by 0.8 deg, and curvatures like those of a bend of 40 m.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -126,8 +126,8 @@ void CircuitMap::compute_headings() {
   if (noise_per_m > kNoisy_per_m) smooth_headings(choose_reach(noise_per_m, step_m, length_m()));
 }
 
-// By the second differences of the curvature: in a bend they are small, whatever its radius. The upper quartile, so that
-// the corners of a line without noise are not taken for noise.
+// By the second differences of the curvature: in a bend they are small, whatever its radius. The upper quartile, so
+// that the corners of a line without noise are not taken for noise.
 double CircuitMap::measure_curvature_noise() const {
   std::vector<double> differences;
   for (std::size_t i = 1; i + 1 < curvature_.size(); ++i)
@@ -137,7 +137,8 @@ double CircuitMap::measure_curvature_noise() const {
   return *quartile / (kUpperQuartile * kOfDifferences);
 }
 
-// Fits the direction of the chords around each vertex, as a vector: points so noisy that the line turns back do no harm.
+// Fits the direction of the chords around each vertex, as a vector: points so noisy that the line turns back do no
+// harm.
 void CircuitMap::smooth_headings(double reach_m) {
   const int32_t n = segment_count();
   for (int32_t vertex = 0; vertex < (closed_ ? n : n + 1); ++vertex) {
