@@ -113,6 +113,9 @@ std::string find_bad_param(const ovt_params& params) {
   if (params.smooth_order >= params.smooth_window)
     return must("smooth.order", params.smooth_order, "be below smooth.window", params.smooth_window);
   if (params.repair_window % 2 == 0) return "repair.window is " + text(params.repair_window) + " and must be odd";
+  if (params.cut_from > params.cut_to) return must("cut.from", params.cut_from, "not exceed cut.to", params.cut_to);
+  if (params.gate_lowest_m > params.gate_top_m)
+    return must("gate.lowest_m", params.gate_lowest_m, "not exceed gate.top_m", params.gate_top_m);
   if (params.tracker_confirm_hits > params.tracker_window)
     return must("tracker.confirm_hits", params.tracker_confirm_hits, "not exceed tracker.window",
                 params.tracker_window);
