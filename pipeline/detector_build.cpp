@@ -14,6 +14,7 @@
 #include "core/math.h"
 #include "pipeline/abi.h"
 #include "pipeline/detector.h"
+#include "pipeline/early_segment.h"
 #include "pipeline/method/methods.h"
 
 namespace overtake {
