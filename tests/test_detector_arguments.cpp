@@ -124,13 +124,8 @@ TEST_CASE("detector: capacities keep the nearest, count the rest and set the fla
     CHECK(stats.overflow_tracks == (kind == 2 ? small.latest.info.candidate_count - 16 : 0));
     CHECK((kind == 0 || small.latest.info.candidate_count > 32));
     CHECK(small.latest.info.track_count == 16);
-    ovt_reader* reader = nullptr;
-    ovt_tracks tracks;
-    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) == OVT_OK);
+    const ovt_tracks tracks = small.next_tracks();
     for (int32_t i = 0; i < tracks.count; ++i) CHECK(std::hypot(tracks.x_m[i], tracks.y_m[i]) < 29);
-    ovt_destroy_reader(reader);
   }
 }
 
