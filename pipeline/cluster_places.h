@@ -43,6 +43,19 @@ void for_each_member(const Frame& frame, int32_t row, F&& f) {
     f(frame.sensors[frame.members.sensor[m]], frame.members.cluster[m]);
 }
 
+// Calls f(height over the running ground, z) for each point of a merged cluster that has a pixel of the height image.
+template <class F>
+void for_each_height(const Frame& frame, int32_t row, F&& f) {
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const Plane<float>& image = part.kept.images.height_m;
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; image.data && k < end; ++k) {
+      const int32_t pixel = part.kept.points.pixel[part.cluster_points.point[k]];
+      if (pixel >= 0) f(image.data[pixel], part.cluster_points.z_m[k]);
+    }
+  });
+}
+
 // All points of a merged cluster as two columns: of the sensor, or copied to the frame's fit_x_m and fit_y_m if the
 // cluster has several members.
 struct ClusterPoints {
