@@ -100,6 +100,8 @@ class Detector {
   void log_granted(const ovt_detector_def& def) const;
   ovt_status build_reader(Reader& reader);
   void finish(Frame& frame);
+  bool count_results(const Frame& frame);
+  void call_on_frame(Frame& frame);
   void log(ovt_log_level level, const char* text) const noexcept;
   void stop();
   void drop_owner();
