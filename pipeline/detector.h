@@ -95,6 +95,7 @@ class Detector {
   Detector() = default;
   ovt_status build(const ovt_detector_def& def, std::string& error);
   ovt_status build_context(const ovt_detector_def& def, const ovt_params& params, std::string& error);
+  ovt_status build_map(const ovt_map_def& given, std::string& error);
   ovt_status build_tables(const ovt_detector_def& def, const ovt_params& params, std::string& error);
   ovt_status build_runner(const ovt_detector_def& def, const ovt_params& params, std::string& error);
   void log_granted(const ovt_detector_def& def) const;
