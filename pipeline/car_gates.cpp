@@ -38,14 +38,7 @@ bool is_top_misjudged(const Frame& frame, int32_t row, float mean_top_m, float t
   constexpr int32_t kPart = 10;
   if (!(mean_top_m <= top_m)) return false;
   int32_t higher = 0;
-  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    const Plane<float>& image = part.kept.images.height_m;
-    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
-    for (int32_t k = begin; image.data && k < end; ++k) {
-      const int32_t pixel = part.kept.points.pixel[part.cluster_points.point[k]];
-      if (pixel >= 0 && image.data[pixel] > top_m) ++higher;
-    }
-  });
+  for_each_height(frame, row, [&](float height_m, float) { higher += height_m > top_m; });
   return kPart * higher <= frame.merged.point_count[row];
 }
 

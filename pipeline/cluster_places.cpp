@@ -92,18 +92,11 @@ ClusterHeights measure_heights(const Frame& frame, int32_t row) noexcept {
   ClusterHeights heights = {1e9f, -1e9f, 0.0f};
   float sum_m = 0.0f;
   int32_t count = 0;
-  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    const Plane<float>& image = part.kept.images.height_m;
-    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
-    for (int32_t k = begin; image.data && k < end; ++k) {
-      const int32_t pixel = part.kept.points.pixel[part.cluster_points.point[k]];
-      if (pixel < 0) continue;
-      const float height_m = image.data[pixel];
-      heights.low_m = min_of(heights.low_m, height_m);
-      heights.high_m = max_of(heights.high_m, height_m);
-      sum_m += part.cluster_points.z_m[k] - height_m;
-      ++count;
-    }
+  for_each_height(frame, row, [&](float height_m, float z_m) {
+    heights.low_m = min_of(heights.low_m, height_m);
+    heights.high_m = max_of(heights.high_m, height_m);
+    sum_m += z_m - height_m;
+    ++count;
   });
   if (count == 0) return {0.0f, merged.max_z_m[row] - merged.min_z_m[row], merged.min_z_m[row]};
   heights.road_z_m = sum_m / float(count);

@@ -43,6 +43,19 @@ void for_each_member(const Frame& frame, int32_t row, F&& f) {
     f(frame.sensors[frame.members.sensor[m]], frame.members.cluster[m]);
 }
 
+// Calls f(height over the running ground, z) for each point of a merged cluster that has a pixel of the height image.
+template <class F>
+void for_each_height(const Frame& frame, int32_t row, F&& f) {
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const Plane<float>& image = part.kept.images.height_m;
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; image.data && k < end; ++k) {
+      const int32_t pixel = part.kept.points.pixel[part.cluster_points.point[k]];
+      if (pixel >= 0) f(image.data[pixel], part.cluster_points.z_m[k]);
+    }
+  });
+}
+
 // All points of a merged cluster as two columns: of the sensor, or copied to the frame's fit_x_m and fit_y_m if the
 // cluster has several members.
 struct ClusterPoints {
@@ -60,13 +73,21 @@ struct OrientedBox {
 inline bool fits(const CarLimits& limits, const OrientedBox& box) noexcept {
   return box.length() <= limits.length_m && box.width() <= limits.width_m;
 }
-// Whether box_at(cos, sin) fits at some heading. Steps of 5 deg: at the nearest one a car of 4.9 x 1.9 m is wider by
-// 0.2 m at most, which is less than the slack of the width.
+// Headings from 0 to 85 deg in steps of 5 deg; the two axes of a box stand for the other three quarters, too. At the
+// nearest heading a car of 4.9 x 1.9 m is wider by 0.2 m at most, which is less than the slack of the width.
+struct CoarseHeading {
+  float cos, sin;
+};
+inline constexpr int32_t kCoarseStep_deg = 5, kCoarseHeadingCount = kDegreeCount / kCoarseStep_deg;
+inline CoarseHeading coarse_heading(int32_t index) noexcept {
+  return {kHeadingGrid.degree_cos[index * kCoarseStep_deg], kHeadingGrid.degree_sin[index * kCoarseStep_deg]};
+}
+// Whether box_at(cos, sin) fits at some coarse heading.
 template <class F>
 bool fits_at_any_heading(const CarLimits& limits, F&& box_at) noexcept {
-  constexpr int32_t kStep = 5;
-  for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
-    const OrientedBox box = box_at(kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
+  for (int32_t h = 0; h < kCoarseHeadingCount; ++h) {
+    const CoarseHeading heading = coarse_heading(h);
+    const OrientedBox box = box_at(heading.cos, heading.sin);
     if (fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1})) return true;
   }
   return false;

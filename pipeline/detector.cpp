@@ -426,7 +426,8 @@ bool Detector::step_intake() {
 
 // ---- finished frames -----------------------------------------------------------------------------------------------
 
-void Detector::finish(Frame& frame) {
+// Adds what a frame lost and found to the counters. Returns whether the tracker's table overflowed.
+bool Detector::count_results(const Frame& frame) {
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
     const SensorPart& part = frame.sensors[s];
     if (!part.present) continue;
@@ -462,32 +463,35 @@ void Detector::finish(Frame& frame) {
   set(counters_.tracks_forgotten, tracked.forgotten);
   set(counters_.tracks_joined, tracked.joined);
   set(counters_.work_limited, tracked.limited + tracked.refused);
-  // A replay in the tracker may lower it.
-  const bool tracks_overflowed =
-      tracked.overflow() > counters_.overflow_tracks.exchange(tracked.overflow(), std::memory_order_relaxed);
   if (frame.restart) add(counters_.clock_jumps, 1);
   if (frame.refiltered > 0) add(counters_.refiltered, 1);
+  // A replay in the tracker may lower it.
+  return tracked.overflow() > counters_.overflow_tracks.exchange(tracked.overflow(), std::memory_order_relaxed);
+}
 
+void Detector::call_on_frame(Frame& frame) {
+  callback_reader_.frame = &frame;
+  const Callback call = {this, callbacks};
+  callbacks = &call;
+  try {
+    on_frame_(reinterpret_cast<ovt_reader*>(&callback_reader_), user_);
+  } catch (...) {
+    add(counters_.exceptions, 1);
+    log(OVT_LOG_ERROR, "on_frame threw an exception");
+  }
+  callbacks = call.outer;
+  callback_reader_.frame = nullptr;
+}
+
+void Detector::finish(Frame& frame) {
+  const bool tracks_overflowed = count_results(frame);
   const uint32_t flags = flags_of(frame, context_.sensor_count, tracks_overflowed, deadline_ns_);
   frame.flags |= flags;
   if (flags & OVT_FLAG_DEADLINE_MISSED) {
     add(counters_.deadline_missed, 1);
     probe_deadline(frame.sequence, frame.latency_ns);
   }
-
-  if (on_frame_) {
-    callback_reader_.frame = &frame;
-    const Callback call = {this, callbacks};
-    callbacks = &call;
-    try {
-      on_frame_(reinterpret_cast<ovt_reader*>(&callback_reader_), user_);
-    } catch (...) {
-      add(counters_.exceptions, 1);
-      log(OVT_LOG_ERROR, "on_frame threw an exception");
-    }
-    callbacks = call.outer;
-    callback_reader_.frame = nullptr;
-  }
+  if (on_frame_) call_on_frame(frame);
   pool_.publish(&frame);
   counters_.frames.fetch_add(1, std::memory_order_release);
   event_.signal();

@@ -19,7 +19,6 @@
 #include <thread>
 
 #include "pipeline/detector_graph.h"
-#include "pipeline/early_segment.h"
 #include "pipeline/event.h"
 #include "pipeline/frame_assembler.h"
 #include "pipeline/frame_pool.h"
@@ -27,8 +26,7 @@
 #include "pipeline/memory.h"
 #include "pipeline/pose_repair.h"
 #include "pipeline/road/bank_attitude.h"
-#include "pipeline/scan_builder.h"
-#include "pipeline/sensor_rhythm.h"
+#include "pipeline/scan_stream.h"
 #include "pipeline/shared_words.h"
 #include "pipeline/stages.h"
 
@@ -97,11 +95,14 @@ class Detector {
   Detector() = default;
   ovt_status build(const ovt_detector_def& def, std::string& error);
   ovt_status build_context(const ovt_detector_def& def, const ovt_params& params, std::string& error);
+  ovt_status build_map(const ovt_map_def& given, std::string& error);
   ovt_status build_tables(const ovt_detector_def& def, const ovt_params& params, std::string& error);
   ovt_status build_runner(const ovt_detector_def& def, const ovt_params& params, std::string& error);
   void log_granted(const ovt_detector_def& def) const;
   ovt_status build_reader(Reader& reader);
   void finish(Frame& frame);
+  bool count_results(const Frame& frame);
+  void call_on_frame(Frame& frame);
   void log(ovt_log_level level, const char* text) const noexcept;
   void stop();
   void drop_owner();
@@ -126,14 +127,12 @@ class Detector {
     const bool mine_;
   };
   // scans, whole or in pieces (detector_stream.cpp)
-  struct Stream;
-  class Hold;
-  ovt_status refuse_producer(Stream& stream) noexcept;
-  bool begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns);
-  void close_scan(Stream& stream, int32_t sensor, bool ended, int32_t point_count);
-  bool stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexcept;
-  void give_up_scan(Stream& stream, int32_t sensor);
-  void note_closed(Stream& stream, int64_t stamp_ns) noexcept;
+  ovt_status refuse_producer(ScanStream& stream) noexcept;
+  bool begin_scan(ScanStream& stream, int32_t sensor, int64_t stamp_ns);
+  void close_scan(ScanStream& stream, int32_t sensor, bool ended, int32_t point_count);
+  bool stepped_ahead(const ScanStream& stream, int64_t stamp_ns) const noexcept;
+  void give_up_scan(ScanStream& stream, int32_t sensor);
+  void note_closed(ScanStream& stream, int64_t stamp_ns) noexcept;
   void post_scan(int32_t sensor, int64_t stamp_ns);
   template <class IsOver>
   void close_open_scans(IsOver&& is_over);
@@ -188,45 +187,12 @@ class Detector {
   std::atomic<bool> closed_{false};
 
   // used by producers
-  struct Stamp {
-    bool any = false;
-    int64_t last_ns = 0;
-  };
-  Stamp last_external_;
+  LastStamp last_external_;
   int64_t placed_poses_ = 0;  // replay: all that was pushed before this pose is in frames
   int64_t period_ns_ = 0;
   double scan_limit_ = 0;        // periods; 0: none
   int64_t longest_step_ns_ = 0;  // of a sensor's stamps; a longer one is a gap, or a jump of its clock
-  // A sensor's scan in pieces. Its owner is the sensor's producer, in a call; or, while no such call runs, another
-  // thread, which closes a scan that was not ended.
-  struct Stream {
-    enum Owner : int32_t { kFree, kFreeOpen, kProducer, kCloser };  // kFreeOpen: a scan is open
-    std::atomic<int32_t> owner{kFree};
-    std::atomic<bool> reported_producers{false};
-    // Of the open scan. Other threads read them before they try to become the owner.
-    std::atomic<int64_t> stamp_ns{0};
-    std::atomic<int64_t> limit_ns{0};                  // the time in which it should end; 0: none
-    std::atomic<int64_t> passed_ns[kMaxSensors] = {};  // time that passed since it began, by each sensor's stamps
-    // The owner's.
-    static constexpr uint32_t kRecent = 8;
-    ScanBuilder builder;
-    EarlySegment early;
-    EarlyPool early_pool;
-    bool is_open = false;
-    bool is_refused = false;  // it has too many points
-    int64_t load_start_ns = 0, load_ns = 0;
-    Stamp last, last_noted;           // of scans that were closed; of those that count for passed_ns
-    SensorRhythm rhythm;              // of the scans that were closed
-    int64_t recent_ns[kRecent] = {};  // stamps of scans that ended
-    uint32_t recent_count = 0;
-    bool is_recent(int64_t stamp) const noexcept {
-      const uint32_t count = recent_count < kRecent ? recent_count : kRecent;
-      for (uint32_t i = 0; i < count; ++i)
-        if (recent_ns[i] == stamp) return true;
-      return false;
-    }
-  };
-  Stream streams_[kMaxSensors];
+  ScanStream streams_[kMaxSensors];
   std::atomic<uint64_t> tickets_{0};
 
   // shared by callers and the intake thread

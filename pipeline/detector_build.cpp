@@ -14,6 +14,7 @@
 #include "core/math.h"
 #include "pipeline/abi.h"
 #include "pipeline/detector.h"
+#include "pipeline/early_segment.h"
 #include "pipeline/method/methods.h"
 
 namespace overtake {
@@ -26,6 +27,32 @@ std::string field(const char* array, int32_t index, const char* name) {
 // Of a sensor's z axis, upwards in the vehicle frame: rows are ordered and ground is searched from below.
 constexpr float kLeastUp = 0.1f;
 constexpr double kLeastColumn_rad = 1e-6;
+
+// The error message for the first wrong field of a def, but its sensors, parameters and map; or "".
+std::string find_bad_field(const ovt_detector_def& def) {
+  if (def.sensor_count < 0 || def.sensor_count > OVT_MAX_SENSORS) return "sensor_count must be 0 to 8";
+  if (def.sensor_count > 0 && !def.sensors) return "sensors is null";
+  if (def.worker_count < 0 || def.worker_count > 256) return "worker_count must be 0 to 256";
+  if (def.push_policy != OVT_PUSH_REPLACE && def.push_policy != OVT_PUSH_WAIT) return "push_policy is unknown";
+  if (def.cluster_capacity < 1 || def.cluster_capacity > 1'000'000) return "cluster_capacity must be 1 to 1,000,000";
+  if (def.candidate_capacity < 1 || def.candidate_capacity > 4096) return "candidate_capacity must be 1 to 4,096";
+  if (def.track_capacity < 1 || def.track_capacity > 4096) return "track_capacity must be 1 to 4,096";
+  if (def.frames_in_flight < 1 || def.frames_in_flight > 64) return "frames_in_flight must be 1 to 64";
+  if (def.reader_capacity < 0 || def.reader_capacity > 64) return "reader_capacity must be 0 to 64";
+  if (def.ego_pose_capacity < 1 || def.ego_pose_capacity > 1'000'000) return "ego_pose_capacity must be 1 to 1,000,000";
+  if ((def.alloc == nullptr) != (def.free == nullptr)) return "alloc and free go together";
+  if (def.cpu_count < 0 || def.cpu_count > 1024 || (def.cpu_count > 0) != (def.cpus != nullptr))
+    return "cpus and cpu_count go together: 1 to 1,024 CPUs, or none";
+  for (int32_t i = 0; i < def.cpu_count; ++i)
+    if (!is_usable_cpu(def.cpus[i]))
+      return "cpus[" + std::to_string(i) + "]: this process may not use CPU " + std::to_string(def.cpus[i]);
+  if (def.fifo_priority < 0 || def.fifo_priority > 99) return "fifo_priority must be 0 to 99";
+  if (def.memory & ~(OVT_MEMORY_LOCK | OVT_MEMORY_HUGE | OVT_MEMORY_LOCK_PROCESS)) return "memory has an unknown bit";
+  if (def.spin_us < 0 || def.spin_us > 1'000'000) return "spin_us must be 0 to 1,000,000";
+  if (def.deadline_ns < 0) return "deadline_ns must be 0 or more";
+  if (def.watchdog_ns < 0) return "watchdog_ns must be 0 or more";
+  return "";
+}
 
 // The error message for the first wrong field of a sensor's def, or null.
 const char* find_bad_sensor_field(const ovt_sensor_def& def) {
@@ -90,35 +117,7 @@ std::unique_ptr<Detector> Detector::create(const ovt_detector_def& def, ovt_stat
 }
 
 ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
-  const auto bad = [&](const std::string& sentence) {
-    error = sentence;
-    return OVT_BAD_ARGUMENT;
-  };
-  if (def.sensor_count < 0 || def.sensor_count > OVT_MAX_SENSORS) return bad("sensor_count must be 0 to 8");
-  if (def.sensor_count > 0 && !def.sensors) return bad("sensors is null");
-  if (def.worker_count < 0 || def.worker_count > 256) return bad("worker_count must be 0 to 256");
-  if (def.push_policy != OVT_PUSH_REPLACE && def.push_policy != OVT_PUSH_WAIT) return bad("push_policy is unknown");
-  if (def.cluster_capacity < 1 || def.cluster_capacity > 1'000'000)
-    return bad("cluster_capacity must be 1 to 1,000,000");
-  if (def.candidate_capacity < 1 || def.candidate_capacity > 4096) return bad("candidate_capacity must be 1 to 4,096");
-  if (def.track_capacity < 1 || def.track_capacity > 4096) return bad("track_capacity must be 1 to 4,096");
-  if (def.frames_in_flight < 1 || def.frames_in_flight > 64) return bad("frames_in_flight must be 1 to 64");
-  if (def.reader_capacity < 0 || def.reader_capacity > 64) return bad("reader_capacity must be 0 to 64");
-  if (def.ego_pose_capacity < 1 || def.ego_pose_capacity > 1'000'000)
-    return bad("ego_pose_capacity must be 1 to 1,000,000");
-  if ((def.alloc == nullptr) != (def.free == nullptr)) return bad("alloc and free go together");
-  if (def.cpu_count < 0 || def.cpu_count > 1024 || (def.cpu_count > 0) != (def.cpus != nullptr))
-    return bad("cpus and cpu_count go together: 1 to 1,024 CPUs, or none");
-  for (int32_t i = 0; i < def.cpu_count; ++i)
-    if (!is_usable_cpu(def.cpus[i]))
-      return bad("cpus[" + std::to_string(i) + "]: this process may not use CPU " + std::to_string(def.cpus[i]));
-  if (def.fifo_priority < 0 || def.fifo_priority > 99) return bad("fifo_priority must be 0 to 99");
-  if (def.memory & ~(OVT_MEMORY_LOCK | OVT_MEMORY_HUGE | OVT_MEMORY_LOCK_PROCESS))
-    return bad("memory has an unknown bit");
-  if (def.spin_us < 0 || def.spin_us > 1'000'000) return bad("spin_us must be 0 to 1,000,000");
-  if (def.deadline_ns < 0) return bad("deadline_ns must be 0 or more");
-  if (def.watchdog_ns < 0) return bad("watchdog_ns must be 0 or more");
-
+  if (error = find_bad_field(def); !error.empty()) return OVT_BAD_ARGUMENT;
   ovt_params params = ovt_default_params();
   if (def.params && !take(*def.params, params)) {
     error = "params.struct_size is unknown";
@@ -198,10 +197,16 @@ ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params
   }
   context_.detect = make_detect_params(params);
   context_.candidate_capacity = def.candidate_capacity;
+  return def.map ? build_map(*def.map, error) : OVT_OK;
+}
 
-  if (!def.map) return OVT_OK;
+ovt_status Detector::build_map(const ovt_map_def& given, std::string& error) {
+  const auto bad = [&](const std::string& sentence) {
+    error = sentence;
+    return OVT_BAD_ARGUMENT;
+  };
   ovt_map_def m = ovt_default_map_def();
-  if (!take(*def.map, m)) {
+  if (!take(given, m)) {
     error = "map.struct_size is unknown";
     return OVT_BAD_VERSION;
   }

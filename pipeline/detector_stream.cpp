@@ -24,18 +24,16 @@ PointFields fields_of(const ovt_points& points) noexcept {
           as_field(points.layer), as_field(points.time), points.time_unit_ns};
 }
 
-}  // namespace
-
 // The producer owns its sensor's stream during a call. False if another thread pushes scans of this sensor.
-class Detector::Hold {
+class Hold {
  public:
-  explicit Hold(Stream& stream) noexcept : stream_(stream) {
+  explicit Hold(ScanStream& stream) noexcept : stream_(stream) {
     for (int32_t seen = stream.owner.load(std::memory_order_acquire);;) {
-      if (seen == Stream::kProducer) return;
-      if (seen == Stream::kCloser) {
+      if (seen == ScanStream::kProducer) return;
+      if (seen == ScanStream::kCloser) {
         stream.owner.wait(seen, std::memory_order_acquire);
         seen = stream.owner.load(std::memory_order_acquire);
-      } else if (stream.owner.compare_exchange_weak(seen, Stream::kProducer, std::memory_order_acq_rel,
+      } else if (stream.owner.compare_exchange_weak(seen, ScanStream::kProducer, std::memory_order_acq_rel,
                                                     std::memory_order_acquire)) {
         mine_ = true;
         return;
@@ -43,19 +41,22 @@ class Detector::Hold {
     }
   }
   ~Hold() {
-    if (mine_) stream_.owner.store(stream_.is_open ? Stream::kFreeOpen : Stream::kFree, std::memory_order_release);
+    if (mine_)
+      stream_.owner.store(stream_.is_open ? ScanStream::kFreeOpen : ScanStream::kFree, std::memory_order_release);
   }
   Hold(const Hold&) = delete;
   Hold& operator=(const Hold&) = delete;
   explicit operator bool() const noexcept { return mine_; }
 
  private:
-  Stream& stream_;
+  ScanStream& stream_;
   bool mine_ = false;
 };
 
+}  // namespace
+
 // The first time, of each sensor, goes to the log.
-ovt_status Detector::refuse_producer(Stream& stream) noexcept {
+ovt_status Detector::refuse_producer(ScanStream& stream) noexcept {
   counters_.refused.fetch_add(1, std::memory_order_relaxed);
   if (!stream.reported_producers.exchange(true, std::memory_order_relaxed))
     log(OVT_LOG_ERROR, "two threads push scans of one sensor at the same time: refused");
@@ -66,7 +67,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
   const int32_t s = points.sensor;
-  Stream& stream = streams_[s];
+  ScanStream& stream = streams_[s];
   const Hold hold(stream);
   if (!hold) return refuse_producer(stream);
   counters_.pushed.fetch_add(1, std::memory_order_relaxed);
@@ -82,7 +83,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   }
   if (stream.is_open) close_scan(stream, s, false, -1);
   note_closed(stream, points.stamp_ns);
-  stream.recent_ns[stream.recent_count++ % Stream::kRecent] = points.stamp_ns;
+  stream.note_recent(points.stamp_ns);
 
   Mailbox<Scan>& box = mailboxes_[s];
   if (push_waits_ && !inline_) box.wait_until_acquired();
@@ -103,7 +104,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
 ovt_status Detector::push_points(const ovt_points& piece) {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
-  Stream& stream = streams_[piece.sensor];
+  ScanStream& stream = streams_[piece.sensor];
   const Hold hold(stream);
   if (!hold) return refuse_producer(stream);
   const auto count_as = [](std::atomic<int64_t>& counter, ovt_status status) {
@@ -135,7 +136,7 @@ ovt_status Detector::push_points(const ovt_points& piece) {
 ovt_status Detector::end_scan(int32_t sensor, int64_t stamp_ns, int32_t point_count) {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
-  Stream& stream = streams_[sensor];
+  ScanStream& stream = streams_[sensor];
   const Hold hold(stream);
   if (!hold) return refuse_producer(stream);
   const bool is_open = stream.is_open && stamp_ns == stream.stamp_ns.load(std::memory_order_relaxed);
@@ -148,7 +149,7 @@ ovt_status Detector::end_scan(int32_t sensor, int64_t stamp_ns, int32_t point_co
 }
 
 // Opens the scan of this stamp, unless it is open already. False if that scan is over.
-bool Detector::begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns) {
+bool Detector::begin_scan(ScanStream& stream, int32_t sensor, int64_t stamp_ns) {
   const int64_t open_ns = stream.stamp_ns.load(std::memory_order_relaxed);
   if (stream.is_open && stamp_ns == open_ns) return true;
   if (stream.is_recent(stamp_ns)) return false;
@@ -181,7 +182,7 @@ bool Detector::begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns) {
 // Whether the open scan has a wrong stamp: a single piece can carry one, and all pieces up to that time would be late.
 // It is over three intervals newer than the last scan, and a scan comes that is nearer to the last one. Where two
 // clocks deliver by turns, the first scan of the later clock that ends is the last one: the earlier clock's are late.
-bool Detector::stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexcept {
+bool Detector::stepped_ahead(const ScanStream& stream, int64_t stamp_ns) const noexcept {
   if (!stream.last.any || stamp_ns <= stream.last.last_ns) return false;
   const int64_t ahead_ns = difference_ns(stream.stamp_ns.load(std::memory_order_relaxed), stream.last.last_ns);
   return ahead_ns > 3 * std::max(stream.rhythm.shortest_ns(), period_ns_) &&
@@ -189,10 +190,10 @@ bool Detector::stepped_ahead(const Stream& stream, int64_t stamp_ns) const noexc
 }
 
 // Posts the open scan, whose stamp is wrong, as if it had not come: the scan that has this stamp may still come.
-void Detector::give_up_scan(Stream& stream, int32_t sensor) {
-  const Stamp last = stream.last;
+void Detector::give_up_scan(ScanStream& stream, int32_t sensor) {
+  const LastStamp last = stream.last;
   const SensorRhythm rhythm = stream.rhythm;
-  int64_t& recent_ns = stream.recent_ns[stream.recent_count % Stream::kRecent];
+  int64_t& recent_ns = stream.recent_ns[stream.recent_count % ScanStream::kRecent];
   const int64_t oldest_ns = recent_ns;
   close_scan(stream, sensor, false, -1);
   stream.last = last;
@@ -202,17 +203,17 @@ void Detector::give_up_scan(Stream& stream, int32_t sensor) {
 }
 
 // A step back by kReorder_ns is another time of the sensor's clock.
-void Detector::note_closed(Stream& stream, int64_t stamp_ns) noexcept {
+void Detector::note_closed(ScanStream& stream, int64_t stamp_ns) noexcept {
   if (stream.last.any && difference_ns(stream.last.last_ns, stamp_ns) >= kReorder_ns) stream.rhythm.forget_last();
   stream.last = {true, stamp_ns};
   stream.rhythm.note_stamp(stamp_ns, longest_step_ns_);
 }
 
 // Posts the open scan. `ended`: by its producer.
-void Detector::close_scan(Stream& stream, int32_t sensor, bool ended, int32_t point_count) {
+void Detector::close_scan(ScanStream& stream, int32_t sensor, bool ended, int32_t point_count) {
   const int64_t stamp_ns = stream.stamp_ns.load(std::memory_order_relaxed);
   stream.is_open = false;
-  stream.recent_ns[stream.recent_count++ % Stream::kRecent] = stamp_ns;
+  stream.note_recent(stamp_ns);
   Scan& scan = mailboxes_[sensor].writable();
   if (stream.is_refused) {
     if (scan.early) stream.early.drop(*scan.early);
@@ -259,13 +260,13 @@ void Detector::post_scan(int32_t sensor, int64_t stamp_ns) {
 template <class IsOver>
 void Detector::close_open_scans(IsOver&& is_over) {
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
-    Stream& stream = streams_[s];
-    int32_t open = Stream::kFreeOpen;
+    ScanStream& stream = streams_[s];
+    int32_t open = ScanStream::kFreeOpen;
     if (stream.owner.load(std::memory_order_relaxed) != open || !is_over(stream)) continue;
-    if (!stream.owner.compare_exchange_strong(open, Stream::kCloser, std::memory_order_acq_rel)) continue;
+    if (!stream.owner.compare_exchange_strong(open, ScanStream::kCloser, std::memory_order_acq_rel)) continue;
     if (is_over(stream)) close_scan(stream, s, false, -1);
     // seq_cst: the store must come before notify_all looks for sleepers, on any CPU.
-    stream.owner.store(stream.is_open ? Stream::kFreeOpen : Stream::kFree, std::memory_order_seq_cst);
+    stream.owner.store(stream.is_open ? ScanStream::kFreeOpen : ScanStream::kFree, std::memory_order_seq_cst);
     stream.owner.notify_all();
   }
 }
@@ -273,8 +274,8 @@ void Detector::close_open_scans(IsOver&& is_over) {
 // The stamps of this sensor's scans have come to stamp_ns. A step counts up to half of an open scan's limit: of a
 // longer one (of a slow sensor, one that comes back, a wrong stamp) most may have passed before that scan began.
 void Detector::note_stamp(int32_t sensor, int64_t stamp_ns) {
-  Stream& stream = streams_[sensor];
-  const Stamp last = stream.last_noted;
+  ScanStream& stream = streams_[sensor];
+  const LastStamp last = stream.last_noted;
   const int64_t step_ns = last.any ? difference_ns(stamp_ns, last.last_ns) : 0;
   if (step_ns < 0 && step_ns >= -longest_step_ns_) return;  // a late scan
   stream.last_noted = {true, stamp_ns};
@@ -283,21 +284,21 @@ void Detector::note_stamp(int32_t sensor, int64_t stamp_ns) {
     const int64_t limit_ns = streams_[s].limit_ns.load(std::memory_order_relaxed);
     streams_[s].passed_ns[sensor].fetch_add(std::min(step_ns, (limit_ns + 1) / 2), std::memory_order_relaxed);
   }
-  close_open_scans([&](const Stream& other) {
+  close_open_scans([&](const ScanStream& other) {
     const int64_t limit_ns = other.limit_ns.load(std::memory_order_relaxed);
     return limit_ns > 0 && other.passed_ns[sensor].load(std::memory_order_relaxed) >= limit_ns;
   });
 }
 
 void Detector::close_late_scans(int64_t now_ns) {
-  close_open_scans([&](const Stream& stream) {
+  close_open_scans([&](const ScanStream& stream) {
     const int64_t limit_ns = stream.limit_ns.load(std::memory_order_relaxed);
     return limit_ns > 0 && difference_ns(now_ns, stream.stamp_ns.load(std::memory_order_relaxed)) >= limit_ns;
   });
 }
 
 void Detector::close_all_scans() {
-  close_open_scans([](const Stream&) { return true; });
+  close_open_scans([](const ScanStream&) { return true; });
 }
 
 }  // namespace overtake

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -40,6 +41,12 @@ struct EgoState {
   double heading_to_vehicle(double heading_rad) const noexcept;  // the inverse
 };
 EgoState state_of(const EgoPose& pose) noexcept;  // at the pose itself
+
+// Whether the vehicle drives, forwards or back: so fast that its place and its scans change.
+inline bool is_moving(const EgoPose& pose) noexcept {
+  constexpr double kMoves_mps = 1.0;
+  return std::fabs(pose.speed_mps) > kMoves_mps;
+}
 
 inline constexpr int64_t kEgoStepNs = 200'000'000;   // poses farther apart are not compared with each other
 inline constexpr int64_t kEgoFreshNs = 100'000'000;  // older: EGO_STALE, no map gate

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <utility>
 
 #include "pipeline/early_segment.h"
@@ -90,7 +89,6 @@ IntakeResult FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
 // points are the same on a level road without noise, so then all points are compared: from the second repeat on.
 bool FrameAssembler::is_repeat(int32_t sensor, const Scan& scan) noexcept {
   constexpr int32_t kSome = 64;
-  constexpr double kMoves_mps = 1.0;
   Print& print = print_[sensor];
   if (print.stamp_ns == scan.stamp_ns) return false;  // again, as no slot was free
   print.stamp_ns = scan.stamp_ns;
@@ -105,7 +103,7 @@ bool FrameAssembler::is_repeat(int32_t sensor, const Scan& scan) noexcept {
   if (std::exchange(print.all, all) != all) return false;
   EgoPose pose;
   return scan.ego.count > ego_.oldest_safe(scan.ego) && ego_.read(scan.ego.count - 1, pose) &&
-         distance_ns(pose.stamp_ns, scan.stamp_ns) <= kEgoLostNs && std::fabs(pose.speed_mps) > kMoves_mps;
+         distance_ns(pose.stamp_ns, scan.stamp_ns) <= kEgoLostNs && is_moving(pose);
 }
 
 IntakeResult FrameAssembler::take_external(ExternalScan& scan) noexcept {

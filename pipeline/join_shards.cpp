@@ -183,12 +183,11 @@ class Joiner {
   // Turns the axes of a seed's group, and its list, to the smallest rectangle around the seed, if that is clearly
   // smaller than the box on psi_REF, and within the limits. Returns whether it did.
   bool turn_group(int32_t seed, Group& group) {
-    constexpr int32_t kStep = 5;      // deg, as fits_at_any_heading
     constexpr float kClearly = 0.8f;  // a car at 5 deg
     Group turned = group;
     float smallest_m2 = kClearly * group.box.length() * group.box.width();
-    for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
-      const float c = kHeadingGrid.degree_cos[degree], s = kHeadingGrid.degree_sin[degree];
+    for (int32_t h = 0; h < kCoarseHeadingCount; ++h) {
+      const auto [c, s] = coarse_heading(h);
       const OrientedBox box = measure_box(frame_, seed, c, s);
       const float area_m2 = box.length() * box.width();
       if (!(area_m2 < smallest_m2)) continue;

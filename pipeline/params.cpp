@@ -14,6 +14,7 @@
 #include "pipeline/abi.h"
 #include "pipeline/clock_watch.h"
 #include "pipeline/method/methods.h"
+#include "pipeline/param_defaults.h"
 
 namespace overtake {
 namespace {
@@ -23,12 +24,6 @@ struct ParamRow {
   bool is_integer, in_degrees;
   ovt_param_info info;
 };
-
-constexpr bool ends_in_deg(const char* name) {
-  std::size_t n = 0;
-  while (name[n]) ++n;
-  return n >= 4 && name[n - 4] == '_' && name[n - 3] == 'd' && name[n - 2] == 'e' && name[n - 1] == 'g';
-}
 
 constexpr ParamRow kParams[] = {
 #define OVT_REAL(field, name, unit, value, low, high, text) \
@@ -40,7 +35,6 @@ constexpr ParamRow kParams[] = {
 #undef OVT_INTEGER
 };
 constexpr int32_t kParamCount = int32_t(sizeof kParams / sizeof kParams[0]);
-constexpr double kDegree = kPi / 180.0;
 
 double read(const ovt_params& params, const ParamRow& row) noexcept {
   const char* at = reinterpret_cast<const char*>(&params) + row.offset;
@@ -51,7 +45,7 @@ double read(const ovt_params& params, const ParamRow& row) noexcept {
   }
   double value;
   std::memcpy(&value, at, sizeof value);
-  return row.in_degrees ? value / kDegree : value;
+  return row.in_degrees ? value / kDegree_rad : value;
 }
 
 // A number that std::from_chars reads but cannot represent: infinite, or 0 or subnormal. strtod alone would depend on
@@ -67,7 +61,7 @@ void write(ovt_params& params, const ParamRow& row, double value) noexcept {
     const auto integer = int32_t(value);
     std::memcpy(at, &integer, sizeof integer);
   } else {
-    const double stored = row.in_degrees ? value * kDegree : value;
+    const double stored = row.in_degrees ? value * kDegree_rad : value;
     std::memcpy(at, &stored, sizeof stored);
   }
 }
@@ -113,6 +107,9 @@ std::string find_bad_param(const ovt_params& params) {
   if (params.smooth_order >= params.smooth_window)
     return must("smooth.order", params.smooth_order, "be below smooth.window", params.smooth_window);
   if (params.repair_window % 2 == 0) return "repair.window is " + text(params.repair_window) + " and must be odd";
+  if (params.cut_from > params.cut_to) return must("cut.from", params.cut_from, "not exceed cut.to", params.cut_to);
+  if (params.gate_lowest_m > params.gate_top_m)
+    return must("gate.lowest_m", params.gate_lowest_m, "not exceed gate.top_m", params.gate_top_m);
   if (params.tracker_confirm_hits > params.tracker_window)
     return must("tracker.confirm_hits", params.tracker_confirm_hits, "not exceed tracker.window",
                 params.tracker_window);

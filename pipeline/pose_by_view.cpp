@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "core/math.h"
-#include "kernels/heading_grid.h"
 #include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
 #include "pipeline/cut_ends.h"
@@ -131,10 +130,10 @@ Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bo
 
 // The longer side of the tightest box around the points of a cluster.
 float measure_longest(const Frame& frame, int32_t row, const OrientedBox& box) {
-  constexpr int32_t kStep = 5;  // deg
   float least_m = box.length() + box.width(), longest_m = max_of(box.length(), box.width());
-  for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
-    const OrientedBox b = measure_box(frame, row, kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
+  for (int32_t h = 0; h < kCoarseHeadingCount; ++h) {
+    const auto [c, s] = coarse_heading(h);
+    const OrientedBox b = measure_box(frame, row, c, s);
     if (!(b.length() + b.width() < least_m)) continue;
     least_m = b.length() + b.width();
     longest_m = max_of(b.length(), b.width());

@@ -17,7 +17,6 @@ constexpr double kWindow_s = 1.0, kLeastWindow_s = 0.8;
 constexpr int64_t kShortestStepNs = 9'000'000;  // of two samples: a window of them has room
 constexpr int64_t kHeldNs = 150'000'000;        // so long speed and yaw tell the place of a held pose
 constexpr int32_t kOlderMost = 2;               // late poses in a row: the time went back
-constexpr double kMoves_mps = 1.0;
 // A gyroscope errs by less, and so do the yaws of a localisation over half a second.
 constexpr double kWrongRate_rps = 0.03, kRightRate_rps = 0.015, kRateSigmas = 3.0;
 constexpr double kBend_rps = 0.1;  // in less of a bend, a yaw rate of the wrong sign agrees, too
@@ -101,7 +100,7 @@ void PoseRepair::add(const EgoPose& pose) noexcept {
 
 // Whether the place is that of the last pose. A vehicle whose place never moved may stand on rollers.
 bool PoseRepair::hold(EgoPose& pose, int64_t step_ns) noexcept {
-  if (!(std::fabs(pose.speed_mps) > kMoves_mps)) return false;
+  if (!is_moving(pose)) return false;
   if (pose.x_m != last_.x_m || pose.y_m != last_.y_m) {
     has_moved_ = true;
     return false;

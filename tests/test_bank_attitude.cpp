@@ -207,14 +207,12 @@ TEST_CASE("detector: with poses in the plane a row 12 m to the left of it is whe
   for (const bool best : {true, false}) {
     CAPTURE(best);
     Small small(1);
-    ovt_params params;
-    REQUIRE(ovt_params_init(&params, sizeof params, best ? "best" : "paper") == OVT_OK);
     ovt_map_def map = ovt_default_map_def();
     map.count = int32_t(x.size());
     map.x_m = x.data(), map.y_m = zero.data(), map.width_left_m = map.width_right_m = half.data();
     map.banking_rad = bank.data();
-    small.def.params = &params, small.def.map = &map;
-    small.create();
+    small.def.map = &map;
+    small.create(best ? "best" : "paper");
     for (int32_t k = 0; k < 12; ++k) {
       const int64_t stamp_ns = 1 + k * 50'000'000;
       ovt_ego_pose pose;
@@ -228,13 +226,8 @@ TEST_CASE("detector: with poses in the plane a row 12 m to the left of it is whe
       CHECK(ovt_push_detections(small.detector, &row) == OVT_OK);
     }
     CHECK(ovt_flush(small.detector) == OVT_OK);
-    ovt_reader* reader = nullptr;
-    ovt_tracks tracks;
-    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) == OVT_OK);
+    const ovt_tracks tracks = small.next_tracks();
     REQUIRE(tracks.count == 1);
     CHECK(tracks.y_m[0] == Approx(best ? 12 * std::cos(kBank) : 12).epsilon(0.003));
-    ovt_destroy_reader(reader);
   }
 }

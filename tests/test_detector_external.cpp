@@ -58,13 +58,8 @@ TEST_CASE("detector: tracks have the length and width of the rows that were push
   constexpr double kNotThere = std::numeric_limits<double>::quiet_NaN();
   for (const char* method : {"paper", "best"}) {
     CAPTURE(method);
-    ovt_params params;
-    REQUIRE(ovt_params_init(&params, sizeof params, method) == OVT_OK);
     Small small(0);
-    small.def.params = &params;
-    small.create();
-    ovt_reader* reader = nullptr;
-    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+    small.create(method);
     const double x[] = {20, 50, 80}, y[] = {0, 0, 0};
     const double length[] = {4.6, kNotThere, 3.1}, width[] = {1.9, 1.7, kNotThere}, height[] = {1.2, 1.1, kNotThere};
     ovt_external_detections d;
@@ -75,27 +70,19 @@ TEST_CASE("detector: tracks have the length and width of the rows that were push
       d.length_m = sized ? length : nullptr, d.width_m = sized ? width : nullptr, d.height_m = sized ? height : nullptr;
       d.stamp_ns += 50 * kMs;
       REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
-      ovt_tracks t;
-      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-      REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+      const ovt_tracks t = small.next_tracks();
       REQUIRE(t.count == 3);
       for (int32_t i = 0; i < 3; ++i) {  // the second push has none: those of the first stay
         CHECK(t.length_m[i] == (length[i] > 0 ? length[i] : 0));
         CHECK(t.width_m[i] == (width[i] > 0 ? width[i] : 0));
       }
     }
-    ovt_destroy_reader(reader);
   }
 }
 
 TEST_CASE("detector: the score of pushed rows is that of a new track; a score that is none counts as not given") {
-  ovt_params params;
-  REQUIRE(ovt_params_init(&params, sizeof params, "best") == OVT_OK);
   Small small(0);
-  small.def.params = &params;
-  small.create();
-  ovt_reader* reader = nullptr;
-  REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+  small.create("best");
   const double x[] = {20, 40, 60, 80, 100, 120}, y[6] = {};
   const double score[] = {0.7, 0.3, 1.0, 1.5, -0.5, std::numeric_limits<double>::quiet_NaN()};
   const double existence[] = {0.7, 0.3, 0.8808, 0.73106, 0.73106, 0.73106};
@@ -103,12 +90,9 @@ TEST_CASE("detector: the score of pushed rows is that of a new track; a score th
   ovt_external_detections_init(&d, sizeof d);
   d.count = 6, d.reference = OVT_REFERENCE_MAP, d.x_m = x, d.y_m = y, d.score = score;
   REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
-  ovt_tracks t;
-  REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-  REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+  const ovt_tracks t = small.next_tracks();
   REQUIRE(t.count == 6);
   for (int32_t i = 0; i < 6; ++i) CHECK(t.existence[i] == doctest::Approx(existence[i]).epsilon(1e-4));
-  ovt_destroy_reader(reader);
 }
 
 TEST_CASE("detector: values of pushed rows that no car can have count as not measured, and are counted") {
@@ -152,13 +136,8 @@ struct Axes {
 
 // Of the one track of a car that drives along x, after `rows` rows of it; heading: of each row, null none.
 Axes track_rows(const char* method, int32_t rows, double speed_mps, const double* heading) {
-  ovt_params params;
-  REQUIRE(ovt_params_init(&params, sizeof params, method) == OVT_OK);
   Small small(0);
-  small.def.params = &params;
-  small.create();
-  ovt_reader* reader = nullptr;
-  REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+  small.create(method);
   const double y = 0, var = 0.04;
   ovt_tracks t;
   for (int32_t k = 0; k < rows; ++k) {
@@ -168,13 +147,10 @@ Axes track_rows(const char* method, int32_t rows, double speed_mps, const double
     d.stamp_ns = k * 50 * kMs, d.count = 1, d.reference = OVT_REFERENCE_MAP;
     d.x_m = &x, d.y_m = &y, d.var_x = d.var_y = &var, d.heading_rad = heading;
     REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
-    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+    t = small.next_tracks();
   }
   REQUIRE(t.count == 1);
-  const Axes axes = {t.course_rad[0], t.heading_rad[0]};
-  ovt_destroy_reader(reader);
-  return axes;
+  return {t.course_rad[0], t.heading_rad[0]};
 }
 
 }  // namespace
@@ -277,13 +253,10 @@ TEST_CASE("detector: a frame whose association the work limit shortens is flagge
 TEST_CASE("detector: a push without a track's car is a miss, and enough misses delete the track") {
   Small small(0);
   small.create();
-  ovt_reader* reader = nullptr;
   ovt_tracks t;
   const auto push = [&](int64_t k, const std::vector<double>& x, const std::vector<double>& y) {
     REQUIRE(push_places(small, k * 50 * kMs, x, y) == OVT_OK);
-    if (!reader) REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+    t = small.next_tracks();
   };
   push(0, {30.0}, {5.0});
   REQUIRE(t.count == 1);
@@ -300,7 +273,6 @@ TEST_CASE("detector: a push without a track's car is a miss, and enough misses d
   CHECK(t.count == 0);
   CHECK(small.stats().tracks_missed == 1);
   CHECK(small.stats().tracks_silent == 0);
-  ovt_destroy_reader(reader);
 }
 
 TEST_CASE(
@@ -334,11 +306,7 @@ TEST_CASE(
       point.x = {&far_m, 4, 4, OVT_F32}, point.y = point.z = {&level_m, 4, 4, OVT_F32};
       point.layer = {&layer, 1, 1, OVT_U8};
       REQUIRE(ovt_push_scan(small.detector, &point) == OVT_OK);
-      ovt_reader* reader = nullptr;
-      ovt_tracks t;
-      REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-      REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+      const ovt_tracks t = small.next_tracks();
       REQUIRE(t.count == 2);
       for (int32_t i = 0; i < 2; ++i) {
         const bool ahead = !is_empty && std::hypot(t.x_m[i] - (100 + c), t.y_m[i] - (-40 + s)) < 4;
@@ -346,7 +314,6 @@ TEST_CASE(
         CHECK(t.flags[i] == (ahead ? coasting : coasting | unobserved));
         CHECK(t.age[i] == (ahead ? 2 : 1));
       }
-      ovt_destroy_reader(reader);
     }
 }
 
@@ -404,18 +371,13 @@ TEST_CASE("detector: pushed detections in the map and in the vehicle frame give 
         CHECK(ovt_push_detections(small.detector, &d) == OVT_DUPLICATE);
       }
       CHECK(ovt_flush(small.detector) == OVT_OK);
-      ovt_reader* reader = nullptr;
-      ovt_tracks tracks;
-      REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-      REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) == OVT_OK);
+      const ovt_tracks tracks = small.next_tracks();
       CHECK(small.latest.info.reference == OVT_REFERENCE_MAP);
       CHECK((small.latest.info.flags & OVT_FLAG_EXTERNAL) != 0);
       CHECK(small.latest.calls == 30);
       REQUIRE(tracks.count == 1);
       CHECK(tracks.state[0] == OVT_CONFIRMED);
       x[reference] = tracks.x_m[0], y[reference] = tracks.y_m[0], speed[reference] = tracks.speed_mps[0];
-      ovt_destroy_reader(reader);
     }
     CHECK(x[0] == doctest::Approx(x[1]).epsilon(1e-9));
     CHECK(y[0] == doctest::Approx(y[1]).epsilon(1e-9));
@@ -444,15 +406,10 @@ TEST_CASE("detector: variances of a pushed detection are enough, and rotate with
     d.var_x = &var_x;
     d.var_y = &var_y;
     REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
-    ovt_reader* reader = nullptr;
-    ovt_tracks tracks;
-    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
-    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
-    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) == OVT_OK);
+    const ovt_tracks tracks = small.next_tracks();
     REQUIRE(tracks.count == 1);
     CHECK(tracks.covariance[0][0] == doctest::Approx(turned ? var_y : var_x));
     CHECK(tracks.covariance[2][0] == doctest::Approx(turned ? var_x : var_y));
-    ovt_destroy_reader(reader);
   }
 }
 

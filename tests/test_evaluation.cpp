@@ -19,6 +19,7 @@
 #include "tools/evaluation/variant.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/view/svg.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;
@@ -362,7 +363,7 @@ TEST_CASE("plots: ticks are round and inside, text is escaped, missing values ar
   CHECK(round_ticks(1, 1).empty());
   CHECK(round_ticks(0, NAN).empty());
   CHECK(round_ticks(-1, std::nextafter(-1, 0)).empty());  // no step is left that changes a number
-  CHECK(escape_xml("a<b & \"c\"") == "a&lt;b &amp; &quot;c&quot;");
+  CHECK(cli::escape_xml("a<b & \"c\"") == "a&lt;b &amp; &quot;c&quot;");
   const std::string line =
       line_plot({"t", "x", "y"}, {{"s", "red", {0, 1, 2, 3}, {1, NAN, 2, 3}, {}, {}, true, false}});
   CHECK(line.find("nan") == std::string::npos);

@@ -50,10 +50,10 @@ void simulate(const std::string& scenario_name, double seconds, const std::strin
 }  // namespace
 
 TEST_CASE("svg: numbers are short, a tick has the digits of its step") {
-  CHECK(svg_number(1.5) == "1.5");
-  CHECK(svg_number(-0.001) == "0");
-  CHECK(svg_number(100) == "100");
-  CHECK(svg_number(2.346) == "2.35");
+  CHECK(cli::svg_number(1.5) == "1.5");
+  CHECK(cli::svg_number(-0.001) == "0");
+  CHECK(cli::svg_number(100) == "100");
+  CHECK(cli::svg_number(2.346) == "2.35");
   const std::string plot = line_plot({"t", "x", "y", 0, 15}, {{"s", "red", {0, 15}, {0, 15}, {}, {}, true, false}});
   for (const char* tick : {">2.5<", ">5.0<", ">12.5<"}) CHECK(plot.find(tick) != std::string::npos);
 }
@@ -98,7 +98,7 @@ TEST_CASE("clustering: shows truth and the paper's rule for both parameters, and
   for (const char* title :
        {"(a) Clusters per car", "(b) Mixed with other", "(c) Clusters in a car's box", "(d) Longer than a car"})
     for (const char* of : {": proposed<", ": Euclidean<"})
-      CHECK_MESSAGE(none.find(escape_xml(title) + of) != std::string::npos, title);
+      CHECK_MESSAGE(none.find(cli::escape_xml(title) + of) != std::string::npos, title);
   CHECK(none.find("3.5 m or more between their middles): none, by either method") != std::string::npos);
   CHECK(none.find("(e)") == std::string::npos);
   f.euclid_mixed_cars[2.0] = {1, 0};

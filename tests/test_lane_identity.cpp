@@ -178,7 +178,7 @@ TEST_CASE("lane identity: faint points on the road, or beside the car, are not o
     Measurement faint = seen_car(50 * kFrame_s * 20, aside_m, 20);
     faint.faint = 1, faint.points = 2, faint.height_m = height_m, faint.object_class = 0;
     bench.step(20, {faint});
-    return bench.state().unseen_s == 0.0;
+    return bench.state().uncorrected_s == 0.0;
   };
   const double sigma_m = [] {
     LaneBench bench;

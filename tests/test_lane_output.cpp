@@ -189,7 +189,7 @@ TEST_CASE("lane tracker: a track that goes on for another one has its visibility
     if (k == 39) REQUIRE(parts.confirmed() == 2);
   }
   REQUIRE(parts.rows.count == 1);
-  CHECK(parts.state().unseen_s > 0);  // of the elder
+  CHECK(parts.state().uncorrected_s > 0);  // of the elder
   parts.publish_at(parts.input.stamp_ns);
   CHECK((parts.published.flags[0] & kTrackCoasting) == 0);
   CHECK(Visibility(parts.told.visibility[0]) == Visibility::kSeen);

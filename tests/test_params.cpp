@@ -315,6 +315,10 @@ TEST_CASE("params: find_bad_param names the wrong parameter") {
       {[](ovt_params& p) { p.smooth_window = 4; }, "smooth.window is 4 and must be odd"},
       {[](ovt_params& p) { p.smooth_order = 5; }, "smooth.order is 5 and must be below smooth.window (5)"},
       {[](ovt_params& p) { p.repair_window = 8; }, "repair.window is 8 and must be odd"},
+      {[](ovt_params& p) { p.cut_to = 1; }, "cut.from is 1.15 and must not exceed cut.to (1)"},
+      {[](ovt_params& p) { p.cut_from = p.cut_to = 0; }, ""},  // nothing is cut
+      {[](ovt_params& p) { p.gate_lowest_m = 2.5; }, "gate.lowest_m is 2.5 and must not exceed gate.top_m (2)"},
+      {[](ovt_params& p) { p.gate_lowest_m = p.gate_top_m; }, ""},
       {[](ovt_params& p) { p.tracker_confirm_hits = 21; },
        "tracker.confirm_hits is 21 and must not exceed tracker.window (20)"},
       {[](ovt_params& p) { p.tracker_keep_hits = 21; },

@@ -1,9 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The rule pose_by_view: centre by the side that is seen, covariance, class, height over the road.
+// The rule pose_by_view: place and heading of a car, covariance, marks, height over the road.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -13,114 +14,6 @@ namespace {
 
 using namespace overtake;
 using namespace overtake::test;
-
-constexpr float kLength = 4.921f, kWidth = 1.886f;
-constexpr CarSize kSize = {kLength, kWidth, 4.2f};
-
-Solid car_at(double x_m, double y_m, double yaw_deg = 0) { return {x_m, y_m, yaw_deg, 4.921, 1.886, 0.1, 1.1, 1}; }
-
-// The bench after all rules; each solid must give one detection, in the order of their clusters.
-struct Looked : RulesBench {
-  explicit Looked(const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
-    look(solids, row_pitch_rad);
-    run();
-  }
-};
-
-TEST_CASE("anchor_car: along the heading, the end that the sensor sees, or the middle") {
-  const auto center = [](float low, float high, float sensor) {
-    return anchor_car(kSize, {low, high, -0.5f, 0.5f}, sensor, 0).center_1;
-  };
-  CHECK(center(20, 25, 0) == 22.5f);                                       // both ends
-  CHECK(center(20, 21, 0) == doctest::Approx(20 + 0.5f * kLength));        // rear
-  CHECK(center(-21, -20, 0) == doctest::Approx(-20.5f));                   // front, the nose not seen
-  CHECK(center(-24.3f, -20, 0) == doctest::Approx(-20 - 0.5f * kLength));  // front with its nose
-  CHECK(center(-24.1f, -20, 0) == doctest::Approx(-22.05f));
-  CHECK(anchor_car(kSize, {20, 21, 0, 1}, 0, 0).view == CarView::kRear);
-  CHECK(anchor_car(kSize, {-21, -20, 0, 1}, 0, 0).view == CarView::kFront);
-  CHECK(anchor_car(kSize, {-1, 2, 3, 4}, 0, 0).view == CarView::kSide);
-  CHECK(anchor_car(kSize, {20, 25, 0, 1}, 0, 0).unseen_1 == 0.0f);
-  CHECK(anchor_car(kSize, {20, 21, 0, 1}, 0, 0).unseen_1 == 0.0f);  // the rear end is known
-  CHECK(anchor_car(kSize, {-21, -20, 0, 1}, 0, 0).unseen_1 == doctest::Approx(kLength - 1));
-}
-
-TEST_CASE("anchor_car: across the heading, the middle of what is seen; beside the car, from the near flank") {
-  const auto center = [](OrientedBox seen) { return anchor_car(kSize, seen, 0, 0).center_2; };
-  CHECK(center({20, 21, 2, 3}) == 2.5f);
-  CHECK(center({20, 25, 2, 3}) == 2.5f);
-  CHECK(center({-2, 2, 3, 3.5f}) == doctest::Approx(3 + 0.5f * kWidth));
-  CHECK(center({-2, 2, -3.5f, -3}) == doctest::Approx(-3 - 0.5f * kWidth));
-  CHECK(center({-2, 2, 3, 5}) == 4.0f);      // all of its width
-  CHECK(center({-1, 1, 3, 3.5f}) == 3.25f);  // too little of the flank
-}
-
-TEST_CASE("anchor_car: less than a length beside its ends the near flank is seen, too") {
-  const auto center = [](OrientedBox seen) { return anchor_car(kSize, seen, 0, 0).center_2; };
-  CHECK(center({2.4f, 7.3f, 3, 4.4f}) == doctest::Approx(3 + 0.5f * kWidth));    // ahead of the sensor
-  CHECK(center({-7.3f, -2.4f, 3, 4.4f}) == doctest::Approx(3 + 0.5f * kWidth));  // behind it
-  CHECK(center({2.4f, 7.3f, -4.4f, -3}) == doctest::Approx(-3 - 0.5f * kWidth));
-  CHECK(center({2.6f, 7.5f, 3, 4.4f}) == 3.7f);         // farther
-  CHECK(center({2.4f, 7.3f, -0.5f, 0.75f}) == 0.125f);  // straight ahead no flank is seen
-  CHECK(center({2.4f, 5.3f, 3, 4.4f}) == 3.7f);         // too little of the flank
-  CHECK(center({2.4f, 7.3f, 3, 5}) == 4.0f);            // all of its width
-}
-
-TEST_CASE("anchor_car: an end that is cut off is not the car's; the other one is, if it is seen") {
-  const auto center = [](OrientedBox seen, float sensor_2, CutEnds cut) {
-    return anchor_car(kSize, seen, 0, sensor_2, cut);
-  };
-  constexpr CutEnds kLow = {.low_1 = true}, kHigh = {.high_1 = true}, kBoth = {.low_1 = true, .high_1 = true};
-  // From behind and beside: the rear end is cut off, the flank shows the front one.
-  CHECK(center({2, 4, 3, 4}, 0, kLow).center_1 == doctest::Approx(4 - 0.5f * kLength));
-  CHECK(center({2, 4, 3, 4}, 0, kLow).unseen_1 == doctest::Approx(0.3f * (kLength - 2)));
-  CHECK(center({2, 4, 3, 4}, 0, kLow).center_2 == doctest::Approx(3 + 0.5f * kWidth));
-  CHECK(center({-4, -2, 3, 4}, 0, kHigh).center_1 == doctest::Approx(-4 + 0.5f * kLength));  // from ahead
-  CHECK(center({4, 6, 3, 4}, 0, kHigh).center_1 == doctest::Approx(4 + 0.5f * kLength));     // the near end is seen
-  CHECK(center({4, 6, 3, 4}, 0, kHigh).unseen_1 == 0.0f);
-  // Straight behind no flank is seen, and of an end on both sides nothing is known.
-  CHECK(center({20, 22, -0.5f, 0.5f}, 0, kLow).center_1 == 21.0f);
-  CHECK(center({20, 22, -0.5f, 0.5f}, 0, kLow).knows_no_end);
-  CHECK(center({-22, -20, -0.5f, 0.5f}, 0, kHigh).knows_no_end);
-  CHECK(center({2, 4, 3, 4}, 0, kBoth).center_1 == 3.0f);
-  CHECK(center({2, 4, 3, 4}, 0, kBoth).knows_no_end);
-  CHECK_FALSE(center({2, 4, 3, 4}, 0, {}).knows_no_end);
-  // A side that is cut off.
-  CHECK(center({20, 21, -0.2f, 1}, 0, {.low_2 = true}).center_2 == doctest::Approx(1 - 0.5f * kWidth));
-  CHECK(center({20, 21, -1, 0.2f}, 0, {.high_2 = true}).center_2 == doctest::Approx(-1 + 0.5f * kWidth));
-  CHECK(center({20, 21, -1, 0.2f}, 0, {.high_2 = true}).unseen_2 == doctest::Approx(0.3f * (kWidth - 1.2f)));
-  CHECK(center({20, 21, -1, -0.2f}, 0, {.high_2 = true}).center_2 == doctest::Approx(-0.6f));  // too little of it
-  CHECK(center({20, 21, -1, 0.2f}, 0, {.low_2 = true, .high_2 = true}).center_2 == doctest::Approx(-0.4f));
-}
-
-TEST_CASE("pose by view: of a car at the edge of all fields of view the end that is seen counts") {
-  // Sensor 0 sees 60 deg to both sides, sensor 1 what is to the left of that; to the right nothing does.
-  struct Error {
-    double x_m, y_m, sigma_x_m;
-  };
-  const auto look = [](double x_m, double y_m, bool others) {
-    RulesBench bench(false);
-    bench.look({car_at(x_m, y_m)});
-    bench.frame.sensors[1].present = others;
-    bench.run();
-    REQUIRE(bench.frame.detections.count == 1);
-    const DetectionTable& d = bench.frame.detections;
-    return Error{double(d.x_m[0]) - x_m, double(d.y_m[0]) - y_m, std::sqrt(double(bench.frame.views.var_x[0]))};
-  };
-  for (const double x_m : {1.5, 2.5, 3.5, 4.5}) {
-    CAPTURE(x_m);
-    const Error right = look(x_m, -5, true), left = look(x_m, 5, false), covered = look(x_m, 5, true);
-    for (const Error& e : {right, left}) {
-      CHECK(std::fabs(e.x_m) < 0.1);
-      CHECK(std::fabs(e.y_m) < 0.2);
-      CHECK(e.sigma_x_m < 0.4);
-    }
-    CHECK(covered.x_m > 0.25);  // sensor 1 sees that nothing is there
-  }
-  CHECK(look(14, -26, true).x_m > 0.4);  // too far away
-  const Error whole = look(9, -5, true);
-  CHECK(std::fabs(whole.x_m) < 0.1);
-  CHECK(whole.sigma_x_m < 0.1);
-}
 
 TEST_CASE("pose by view: a driver that compensates for the motion of the vehicle tells whose pose a place belongs to") {
   RulesBench bench;
@@ -140,83 +33,6 @@ TEST_CASE("pose by view: a driver that compensates for the motion of the vehicle
     CHECK(find_pose_time(bench.context, bench.frame, 0, stamp_ns + 30'000'000) == stamp_ns + to_ns);
   }
   CHECK(bench.frame.merged.stamp_ns[0] == stamp_ns + 30'000'000);
-}
-
-TEST_CASE("pose by view: of a car at a gap of all views the end that is seen counts") {
-  // Dirt on the window of sensor 0 stops the light from from_deg to to_deg, on one side.
-  const auto look = [](double side, double from_deg, double to_deg, bool others, bool all_are_dirty = false) {
-    constexpr double kFar_m = 0.6;
-    const double middle_deg = side * (from_deg + to_deg) / 2, half = std::tan((to_deg - from_deg) / 2 * kPi / 180);
-    RulesBench bench(false);
-    bench.look({car_at(7, 5 * side),
-                {kFar_m * std::cos(middle_deg * kPi / 180), kFar_m * std::sin(middle_deg * kPi / 180), middle_deg,
-                 0.002, 2 * kFar_m * half, 0, 2, -2}});
-    if (others) {  // sensor 1 looks to the same place
-      bench.context.sensors[1] = bench.context.sensors[0];
-      bench.frame.sensors[1].present = true;
-    } else {
-      bench.frame.sensors[1].present = false;
-    }
-    for (const FrameRule& rule : bench.context.method->frame) {
-      rule.run(bench.context, bench.frame);
-      if (all_are_dirty && rule.run == &find_view_gaps) bench.frame.gaps[1] = bench.frame.gaps[0];
-    }
-    REQUIRE(bench.frame.gaps[0].count == 1);
-    REQUIRE(bench.frame.detections.count == 1);
-    return double(bench.frame.detections.x_m[0]) - 7;
-  };
-  for (const double side : {-1.0, 1.0}) {
-    CAPTURE(side);
-    CHECK(std::fabs(look(side, 32, 55, false)) < 0.15);  // its rear
-    CHECK(std::fabs(look(side, 10, 27, false)) < 0.15);  // its nose
-    CHECK(look(side, 32, 55, true) > 0.25);
-    CHECK(std::fabs(look(side, 32, 55, true, true)) < 0.15);
-    CHECK(std::fabs(look(side, 5, 15, false)) < 0.1);  // beside it
-  }
-}
-
-TEST_CASE("pose by view: at the edge of all fields of view, an end that something nearer hides is not the car's") {
-  struct Error {
-    double x_m, sigma_x_m;
-  };
-  // Beside the car, nearer to the sensor, stands an object as long as the car, with its rear end at rear_m.
-  const auto look = [](double x_m, double side, double rear_m) {
-    RulesBench bench(false);
-    bench.look({car_at(x_m, 5.8 * side), {rear_m + 2.45, 3.2 * side, 0, 4.9, 1.9, 0.05, 1.3, 2}});
-    bench.frame.sensors[1].present = false;
-    bench.run();
-    REQUIRE(bench.frame.detections.count == 2);
-    return Error{double(bench.frame.detections.x_m[0]) - x_m, std::sqrt(double(bench.frame.views.var_x[0]))};
-  };
-  for (const double side : {-1.0, 1.0}) {
-    CAPTURE(side);
-    CHECK(std::fabs(look(5.5, side, 4.4).x_m) < 0.15);  // the rear end begins inside of the view
-    CHECK(std::fabs(look(5.5, side, 5.2).x_m) < 0.15);
-    CHECK(look(4.5, side, 4.4).x_m < 0.1);     // it does not
-    const Error flank = look(4.0, side, 2.9);  // the view begins at the flank: neither end is known
-    CHECK(flank.sigma_x_m > 0.4);
-    CHECK(std::fabs(flank.x_m) < 3.0 * flank.sigma_x_m);
-    const Error seen = look(4.0, side, 8.0);
-    CHECK(std::fabs(seen.x_m) < 0.1);
-    CHECK(seen.sigma_x_m < 0.4);
-  }
-}
-
-TEST_CASE("pose by view: on the other side of a sensor of more than half a turn is no edge of its view") {
-  double worst_m = 0;
-  for (double y_m = -9; y_m < -3; y_m += 0.05) {
-    RulesBench bench(false);
-    const double half =
-        135 * kPi / 180;  // an edge of it looks back to the left, from the car that is ahead to the right
-    bench.context.sensors[0] = make_sensor_model(RulesBench::kRows, RulesBench::kCols, half, -half, false, 0.5, 400);
-    bench.context.sensors[0].T_vehicle_sensor = make_transform(0, 0, RulesBench::kSensorHeight_m, 0, 0, 0);
-    bench.look({{7, y_m, 0, 4.9, 1.2, 0.1, 1.1, 1}});
-    bench.frame.sensors[1].present = false;
-    bench.run();
-    REQUIRE(bench.frame.detections.count == 1);
-    worst_m = std::max(worst_m, std::fabs(double(bench.frame.detections.y_m[0]) - y_m));
-  }
-  CHECK(worst_m < 0.15);
 }
 
 TEST_CASE(
@@ -450,76 +266,6 @@ TEST_CASE("pose by view: a box that is wider than a car leaves open where across
   CHECK(std::sqrt(var_y(2.2f) - var_y(1.98f)) == doctest::Approx(0.5 * (2.2 - 1.886 - 0.1)).epsilon(0.05));
 }
 
-TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, and nowhere else") {
-  const auto class_of = [](const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
-    const Looked bench(solids, row_pitch_rad);
-    REQUIRE(bench.frame.detections.count == 1);
-    return bench.frame.views.object_class[0];
-  };
-  for (const double x_m : {8.0, 15.0, 25.0})
-    for (const double size_m : {0.4, 0.6, 0.75}) {
-      CAPTURE(x_m);
-      CAPTURE(size_m);
-      CHECK(class_of({{x_m, 0.5, 20, size_m, size_m, 0.0, size_m, 1}}) == OVT_CLASS_DEBRIS);
-    }
-  // At an angle to the circuit, 1 m is 1.4 m along it.
-  for (const double yaw_deg : {0.0, 30.0, 45.0, 75.0}) {
-    CAPTURE(yaw_deg);
-    CHECK(class_of({{10, 0.5, yaw_deg, 0.95, 0.95, 0.0, 0.9, 1}}) == OVT_CLASS_DEBRIS);
-    if (yaw_deg > 0) CHECK(class_of({{10, 0.5, yaw_deg, 1.5, 0.3, 0.0, 0.9, 1}}) == OVT_CLASS_CAR);
-  }
-  for (const double x_m : {8.0, 15.0, 25.0, 40.0, 60.0}) {
-    CAPTURE(x_m);
-    CHECK(class_of({car_at(x_m, 0.5)}) == OVT_CLASS_CAR);
-    CHECK(class_of({car_at(x_m, 0.5, 90)}) == OVT_CLASS_CAR);
-  }
-  // Hidden by a nearer object but for 0.7 m.
-  CHECK(class_of({car_at(25, 0), {12, -0.6, 0, 0.2, 1.6, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
-  // It does not touch the road: the top of a car behind a crest.
-  CHECK(class_of({{25, 0.5, 20, 0.6, 0.4, 0.75, 1.0, 1}}) == OVT_CLASS_UNKNOWN);
-  // Farther away than the columns tell, with fine rows; and with too few rows.
-  CHECK(class_of({{80, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.001) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({{15, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.02) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({{15, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.01) == OVT_CLASS_DEBRIS);
-}
-
-TEST_CASE("pose by view: what is left between pixels of smoke has no class") {
-  const auto class_of = [](const Solid& beside, double x_m = 25.0) {
-    const Looked bench({car_at(x_m, 0), beside});
-    REQUIRE(bench.frame.detections.count == 1);
-    return bench.frame.views.object_class[0];
-  };
-  // Smoke over the middle of a car, half as wide as the car; a fifth; and as much of a solid object.
-  CHECK(class_of({22, 0, 0, 0.1, 0.9, 0.0, 1.5, -1}) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({22, 0, 0, 0.1, 0.3, 0.0, 1.5, -1}) == OVT_CLASS_CAR);
-  CHECK(class_of({22, 0, 0, 0.1, 0.9, 0.0, 1.5, 0}) == OVT_CLASS_CAR);
-  // Smoke in front of the car, but not near it.
-  CHECK(class_of({14, 0, 0, 0.1, 0.6, 0.0, 1.3, -1}) == OVT_CLASS_CAR);
-  // All around a distant car; and farther behind it.
-  CHECK(class_of({62.9, 0, 0, 0.1, 6.0, 0.0, 2.5, -1}, 60) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({65.9, 0, 0, 0.1, 6.0, 0.0, 2.5, -1}, 60) == OVT_CLASS_CAR);
-}
-
-TEST_CASE("pose by view: rows that the ground beside them continues are road, whatever their size") {
-  const auto class_of = [](const std::vector<Solid>& solids) {
-    const Looked bench(solids);
-    REQUIRE(bench.frame.detections.count == 1);
-    return bench.frame.views.object_class[0];
-  };
-  // As large as a car, and no higher than the road; also where something nearer hides one side, but not both.
-  const Solid road = {22, 0, 0, 2.0, 1.6, -0.5, 0.002, 1}, step = {22, 0, 0, 2.0, 1.6, -0.5, 0.2, 1};
-  CHECK(class_of({road}) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({road, {12, 0.83, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({road, {12, -0.83, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({road, {12, 0.88, 0, 0.1, 1.0, 0.0, 1.5, 0}, {12, -0.88, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_CAR);
-  // A step over the road; and a car whose lowest row lies on it.
-  CHECK(class_of({step}) == OVT_CLASS_CAR);
-  CHECK(class_of({road, {23.5, 0, 0, 1.0, 1.6, 0.0, 0.35, 1}}) == OVT_CLASS_CAR);
-  // A wall beside a wall is no road.
-  CHECK(class_of({road, {22, 1.8, 0, 2.0, 2.0, -0.5, 0.002, 0}, {22, -1.8, 0, 2.0, 2.0, -0.5, 0.002, 0}}) ==
-        OVT_CLASS_CAR);
-}
-
 TEST_CASE("pose by view: dark points, and rough ones that are almost as dark, do not move the centre in smoke") {
   // A car, and specks behind it that are one cluster with it: on columns apart, or side by side.
   const auto error_m = [](float intensity, int32_t columns_apart, bool with_smoke = true) {
@@ -583,43 +329,6 @@ TEST_CASE("pose by view: smoke beside a car makes its ends doubtful, not smoke f
   CHECK(clear.along_m < 0.3);
   CHECK(clear.across_m < 0.2);
   CHECK(look(30, {at(18, 5.5)}).along_m == clear.along_m);
-}
-
-TEST_CASE("pose by view: nothing in an incomplete scan is debris") {
-  for (const uint32_t mask : {0u, 1u, 2u}) {
-    RulesBench bench;
-    bench.look({{15, 0.5, 20, 0.6, 0.6, 0.0, 0.6, 1}});
-    bench.frame.incomplete_mask = mask;
-    bench.run();
-    REQUIRE(bench.frame.detections.count == 1);
-    CHECK(bench.frame.views.object_class[0] == (mask == 1 ? OVT_CLASS_UNKNOWN : OVT_CLASS_DEBRIS));
-  }
-}
-
-TEST_CASE("pose by view: what two sensors see is no debris if the scan of either is incomplete") {
-  for (const uint32_t mask : {0u, 1u, 2u, 4u}) {
-    RulesBench bench;
-    bench.look({{15, 0.5, 20, 0.6, 0.6, 0.0, 0.6, 1}});
-    bench.add({{14.8f, 0.5f, 0.3f}, {14.8f, 0.6f, 0.3f}, {14.8f, 0.5f, 0.4f}}, 1);
-    bench.frame.incomplete_mask = mask;
-    bench.run();
-    REQUIRE(bench.frame.detections.count == 1);
-    CHECK(bench.frame.merged.sensor_mask[0] == 3);
-    CHECK(bench.frame.views.object_class[0] == (mask & 3u ? OVT_CLASS_UNKNOWN : OVT_CLASS_DEBRIS));
-  }
-}
-
-TEST_CASE("pose by view: a distant car with three points in a row is never debris") {
-  for (const double x_m : {60.0, 80.0, 95.0, 110.0})
-    for (const double width_m : {0.5, 0.8, 1.886}) {
-      CAPTURE(x_m);
-      CAPTURE(width_m);
-      RulesBench bench;
-      bench.look({{x_m, 0, 0, 1.5, width_m, 0.9, 1.1, 1}});  // the cockpit alone
-      bench.run();
-      for (int32_t i = 0; i < bench.frame.detections.count; ++i)
-        CHECK(bench.frame.views.object_class[i] != OVT_CLASS_DEBRIS);
-    }
 }
 
 TEST_CASE("pose by view: height over the road, and the road under the car") {

@@ -246,12 +246,13 @@ bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
 // place that a hit has just told is as certain as its source can tell it.
 bool LanePolicy::has_coasted(const State& s, double most_m) const noexcept {
   const auto& p = s.estimate.covariance;
-  return s.unseen_s > lane_.coast_s || (s.unseen_s > kLeastCoast_s && !(p[0][0] + p[1][1] <= most_m * most_m));
+  return s.uncorrected_s > lane_.coast_s ||
+         (s.uncorrected_s > kLeastCoast_s && !(p[0][0] + p[1][1] <= most_m * most_m));
 }
 
 // The ego pose has jumped so far that the track's place on the map was wrong, and nothing was seen there since.
 bool LanePolicy::is_of_place_before(const State& s) const noexcept {
-  return since_far_jump_s_ > kFarJump_s && s.unseen_s > since_far_jump_s_;
+  return since_far_jump_s_ > kFarJump_s && s.uncorrected_s > since_far_jump_s_;
 }
 
 void LanePolicy::lose(State& s) const noexcept {

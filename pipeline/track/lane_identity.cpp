@@ -77,7 +77,7 @@ void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it)
     if (!tracks.head[slot].alive) continue;
     grid_.add(slot, place_[slot]);
     const State& s = tracks.state[slot];
-    if (is_confirmed(s) && s.unseen_s <= owns_s) owners_[owner_count_++] = slot;
+    if (is_confirmed(s) && s.uncorrected_s <= owns_s) owners_[owner_count_++] = slot;
   }
 }
 
@@ -106,7 +106,7 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
       across_m = std::fabs(here.d_m - there.d_m);
     }
   }
-  const double t = lost.unseen_s;
+  const double t = lost.uncorrected_s;
   distance_m = hypot_f64(along_m, across_m);
   const double speed_sigma = std::sqrt(found.estimate.covariance[2][2] + lost.estimate.covariance[2][2]);
   return along_m < std::min(kAgainMost_m, kAgainAlong_m + t * (kAgainAlongRate + t * kAgainAlongGrowth)) &&
@@ -119,10 +119,10 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
 // car should be seen, had its last hit. (Two cars would have been seen at the same time.) The old track's speed and
 // course may be anything then. Not of pushed rows, which have no votes: many are traffic, where the next car is near.
 bool LanePolicy::took_over(const State& found, int32_t slot, const State& lost, int32_t lost_slot) const noexcept {
-  const double reach_m = kTakenOver_m + kTakenOver_mps * lost.unseen_s;
+  const double reach_m = kTakenOver_m + kTakenOver_mps * lost.uncorrected_s;
   const int32_t between = std::countr_zero(lost.history) - found.age;
   return found.stage == LaneStage::kConfirmed && found.class_votes > 0 && found.age <= kYoung &&
-         lost.visibility == Visibility::kMissed && lost.unseen_s > kTakenOver_s && between >= -kBothSeen &&
+         lost.visibility == Visibility::kMissed && lost.uncorrected_s > kTakenOver_s && between >= -kBothSeen &&
          between <= kBetween && is_longest_gap(lost) &&
          distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
 }
@@ -168,10 +168,10 @@ bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t
   if (o.stage == LaneStage::kTentative && s.stage != LaneStage::kTentative) return false;
   distance_m = 0.0;
   if (o.stage != LaneStage::kTentative && took_over(s, slot, o, other)) return true;
-  if (o.stage == LaneStage::kTentative || o.unseen_s <= kRecent_s) {
-    if (s.stage != LaneStage::kTentative && s.unseen_s > kRecent_s) return false;
+  if (o.stage == LaneStage::kTentative || o.uncorrected_s <= kRecent_s) {
+    if (s.stage != LaneStage::kTentative && s.uncorrected_s > kRecent_s) return false;
     // It would go on with the younger one's estimate, whose speed may still be that of its birth.
-    if (o.stage == LaneStage::kConfirmed && s.stage == LaneStage::kTentative && o.unseen_s > kTakenOver_s &&
+    if (o.stage == LaneStage::kConfirmed && s.stage == LaneStage::kTentative && o.uncorrected_s > kTakenOver_s &&
         s.estimate.covariance[2][2] > o.estimate.covariance[2][2])
       return false;
     const bool are_confirmed = s.stage == LaneStage::kConfirmed;  // the elder is, too, or was
@@ -204,7 +204,7 @@ int32_t LanePolicy::find_elder(const TrackView<State>& tracks, int32_t slot) con
 // The elder keeps what it is, and goes on with the younger one's estimate if it was not seen lately itself.
 bool LanePolicy::join(State& s, const State& younger, bool younger_is_newer) const noexcept {
   const State elder = s;
-  const bool takes_over = younger_is_newer && elder.unseen_s > kTakenOver_s;
+  const bool takes_over = younger_is_newer && elder.uncorrected_s > kTakenOver_s;
   if (takes_over) {
     s = younger;
     s.age = elder.age;

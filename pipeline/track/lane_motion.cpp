@@ -58,6 +58,121 @@ bool is_sound_with_acceleration(const LaneEstimate& e) {
 
 bool is_pulled(const LanePull& lane, double dt_s) { return lane.time_s > 0.0 && dt_s > 0.0; }
 
+// What is left of an acceleration after a step, and what it adds to the speed at the end and in the mean of the step.
+struct AccelStep {
+  double keep = 1.0, end_s = 0.0, mean_s = 0.0;
+};
+AccelStep accel_step_of(const CourseNoise& noise, double dt_s) {
+  if (!(noise.accel_s > 0.0 && dt_s > 0.0)) return {};
+  const Pull decay = pull_of(noise.accel_s, dt_s);
+  return {decay.decay, decay.mean * dt_s, noise.accel_s * (1.0 - decay.mean)};
+}
+
+// The entries of d next / d state, as MotionJacobian, that a pull to the lane makes other ones.
+//
+//        x  y  v        phi      omega
+//   x    1  .  x_v      x_phi    x_omega
+//   y    .  1  y_v      y_phi    y_omega
+//   v    .  .  1        .        .
+//   phi  .  .  phi_v    phi_phi  phi_omega
+//   om.  .  .  omega_v  .        omega_omega
+struct LaneJacobian {
+  double x_v, x_phi, x_omega, y_v, y_phi, y_omega;
+  double phi_v, phi_phi, phi_omega, omega_v, omega_omega;
+
+  // Multiplies a column with it: at(i) is element i.
+  template <class At>
+  void apply(At&& at) const {
+    at(0) += x_v * at(2) + x_phi * at(3) + x_omega * at(4);
+    at(1) += y_v * at(2) + y_phi * at(3) + y_omega * at(4);
+    at(3) = phi_phi * at(3) + phi_v * at(2) + phi_omega * at(4);
+    at(4) = omega_v * at(2) + omega_omega * at(4);
+  }
+};
+
+struct LaneStep {
+  MotionState next;
+  LaneJacobian jacobian;
+  double x_v, y_v;  // of CVTR alone
+};
+LaneStep step_mean(const LaneEstimate& estimate, const LanePull& lane, const AccelStep& accel, double dt_s) {
+  const bool pulled = is_pulled(lane, dt_s);
+  const Pull pull = pulled ? pull_of(lane.time_s, dt_s) : Pull{};
+  const double kappa = pulled ? lane.curvature_per_m : 0.0;
+  const double of_lane = kappa * estimate.mean.speed_mps, off = estimate.mean.yaw_rate_rps - of_lane;
+  MotionState mean = estimate.mean;
+  if (pulled) mean.yaw_rate_rps = of_lane + off * pull.mean;
+  mean.speed_mps += estimate.accel_mps2 * accel.mean_s;
+  MotionJacobian f;
+  MotionState next = advance(mean, dt_s, &f);
+  next.speed_mps = estimate.mean.speed_mps + estimate.accel_mps2 * accel.end_s;
+  const double keep = pulled ? keep_of(lane, dt_s) : 1.0;
+  if (pulled) {
+    next.yaw_rate_rps = of_lane + off * pull.decay;
+    next.course_rad = pull_course(lane, of_lane * dt_s, keep, next.course_rad);
+  }
+  // The mean yaw rate depends on the speed and on the yaw rate before.
+  const double mean_v = kappa * (1.0 - pull.mean), mean_omega = pull.mean;
+  const LaneJacobian jacobian = {.x_v = f.x_v + f.x_omega * mean_v,
+                                 .x_phi = f.x_phi,
+                                 .x_omega = f.x_omega * mean_omega,
+                                 .y_v = f.y_v + f.y_omega * mean_v,
+                                 .y_phi = f.y_phi,
+                                 .y_omega = f.y_omega * mean_omega,
+                                 .phi_v = keep * f.phi_omega * mean_v + (1.0 - keep) * kappa * dt_s,
+                                 .phi_phi = keep,
+                                 .phi_omega = keep * f.phi_omega * mean_omega,
+                                 .omega_v = kappa * (1.0 - pull.decay),
+                                 .omega_omega = pull.decay};
+  return {next, jacobian, f.x_v, f.y_v};
+}
+
+// F P F^T, also of the acceleration's covariances.
+void turn_covariance(LaneEstimate& estimate, const LaneJacobian& jacobian) {
+  auto& p = estimate.covariance;
+  jacobian.apply([&](int i) -> double& { return estimate.accel_cov[i]; });
+  for (int c = 0; c < kTrackStateSize; ++c) jacobian.apply([&](int i) -> double& { return p[i][c]; });
+  for (auto& row : p) jacobian.apply([&](int i) -> double& { return row[i]; });
+}
+
+// The acceleration moves x, y and v.
+void add_acceleration(LaneEstimate& estimate, const AccelStep& accel, const LaneStep& step) {
+  if (accel.end_s > 0.0 && estimate.accel_var > 0.0 && !is_sound_with_acceleration(estimate))
+    forget_acceleration(estimate);
+  auto& p = estimate.covariance;
+  auto& q = estimate.accel_cov;
+  const double by[3] = {step.x_v * accel.mean_s, step.y_v * accel.mean_s, accel.end_s}, variance = estimate.accel_var;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < kTrackStateSize; ++c) {
+      const double more = by[r] * (c < 3 ? q[c] + 0.5 * by[c] * variance : q[c]);
+      p[r][c] += more;
+      p[c][r] += more;
+    }
+  for (int i = 0; i < kTrackStateSize; ++i) q[i] = accel.keep * (i < 3 ? q[i] + by[i] * variance : q[i]);
+  estimate.accel_mps2 *= accel.keep;
+  estimate.accel_var = accel.keep * accel.keep * variance;
+  if (estimate.mean.speed_mps < 0.0 && accel.end_s > 0.0) {  // who brakes comes to rest
+    estimate.mean.speed_mps = 0.0;
+    forget_acceleration(estimate);
+  }
+}
+
+// Along and across the course.
+void add_noise(LaneEstimate& estimate, const CourseNoise& noise, double dt_s) {
+  auto& p = estimate.covariance;
+  double s, c;
+  sin_cos_f64(estimate.mean.course_rad, s, c);
+  const double along = noise.along * dt_s, across = noise.across * dt_s;
+  p[0][0] += c * c * along + s * s * across;
+  p[1][1] += s * s * along + c * c * across;
+  p[0][1] += c * s * (along - across);
+  p[1][0] += c * s * (along - across);
+  p[2][2] += noise.speed * dt_s;
+  p[3][3] += noise.course * dt_s;
+  p[4][4] += noise.yaw_rate * dt_s;
+  estimate.accel_var += noise.accel * dt_s;
+}
+
 }  // namespace
 
 MotionState advance_on_lane(const MotionState& state, const LanePull& lane, double dt_s) noexcept {
@@ -97,83 +212,13 @@ void begin_acceleration(LaneEstimate& estimate, double sigma_mps2, double since_
 
 void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept {
   if (dt_s == 0.0) return;
-  const bool pulled = is_pulled(lane, dt_s);
-  const Pull pull = pulled ? pull_of(lane.time_s, dt_s) : Pull{};
-  const double kappa = pulled ? lane.curvature_per_m : 0.0;
-  const double of_lane = kappa * estimate.mean.speed_mps, off = estimate.mean.yaw_rate_rps - of_lane;
-  MotionState mean = estimate.mean;
-  if (pulled) mean.yaw_rate_rps = of_lane + off * pull.mean;
-  // Of the acceleration: what is left of it, and what it adds to the speed at the end and in the mean of the step.
-  double accel_keep = 1.0, accel_end_s = 0.0, accel_mean_s = 0.0;
-  if (noise.accel_s > 0.0 && dt_s > 0.0) {
-    const Pull decay = pull_of(noise.accel_s, dt_s);
-    accel_keep = decay.decay, accel_end_s = decay.mean * dt_s, accel_mean_s = noise.accel_s * (1.0 - decay.mean);
-  }
-  mean.speed_mps += estimate.accel_mps2 * accel_mean_s;
-  MotionJacobian f;
-  MotionState next = advance(mean, dt_s, &f);
-  next.speed_mps = estimate.mean.speed_mps + estimate.accel_mps2 * accel_end_s;
-  const double keep = pulled ? keep_of(lane, dt_s) : 1.0;
-  if (pulled) {
-    next.yaw_rate_rps = of_lane + off * pull.decay;
-    next.course_rad = pull_course(lane, of_lane * dt_s, keep, next.course_rad);
-  }
-  // The mean yaw rate depends on the speed and on the yaw rate before.
-  const double mean_v = kappa * (1.0 - pull.mean), mean_omega = pull.mean;
-  const double x_v = f.x_v + f.x_omega * mean_v, y_v = f.y_v + f.y_omega * mean_v, phi_phi = keep;
-  const double phi_v = keep * f.phi_omega * mean_v + (1.0 - keep) * kappa * dt_s;
-  const double x_omega = f.x_omega * mean_omega, y_omega = f.y_omega * mean_omega;
-  const double phi_omega = keep * f.phi_omega * mean_omega;
-  const double omega_v = kappa * (1.0 - pull.decay), omega_omega = pull.decay;
+  const AccelStep accel = accel_step_of(noise, dt_s);
+  const LaneStep step = step_mean(estimate, lane, accel, dt_s);
+  turn_covariance(estimate, step.jacobian);
+  estimate.mean = step.next;
+  add_acceleration(estimate, accel, step);
+  if (dt_s > 0.0) add_noise(estimate, noise, dt_s);
   auto& p = estimate.covariance;
-  auto& q = estimate.accel_cov;
-  q[0] += x_v * q[2] + f.x_phi * q[3] + x_omega * q[4];
-  q[1] += y_v * q[2] + f.y_phi * q[3] + y_omega * q[4];
-  q[3] = phi_phi * q[3] + phi_v * q[2] + phi_omega * q[4];
-  q[4] = omega_v * q[2] + omega_omega * q[4];
-  for (int c = 0; c < kTrackStateSize; ++c) {
-    p[0][c] += x_v * p[2][c] + f.x_phi * p[3][c] + x_omega * p[4][c];
-    p[1][c] += y_v * p[2][c] + f.y_phi * p[3][c] + y_omega * p[4][c];
-    p[3][c] = phi_phi * p[3][c] + phi_v * p[2][c] + phi_omega * p[4][c];
-    p[4][c] = omega_v * p[2][c] + omega_omega * p[4][c];
-  }
-  for (auto& row : p) {
-    row[0] += x_v * row[2] + f.x_phi * row[3] + x_omega * row[4];
-    row[1] += y_v * row[2] + f.y_phi * row[3] + y_omega * row[4];
-    row[3] = phi_phi * row[3] + phi_v * row[2] + phi_omega * row[4];
-    row[4] = omega_v * row[2] + omega_omega * row[4];
-  }
-  estimate.mean = next;
-  if (accel_end_s > 0.0 && estimate.accel_var > 0.0 && !is_sound_with_acceleration(estimate))
-    forget_acceleration(estimate);
-  // The acceleration moves x, y and v.
-  const double by[3] = {f.x_v * accel_mean_s, f.y_v * accel_mean_s, accel_end_s}, variance = estimate.accel_var;
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < kTrackStateSize; ++c) {
-      const double more = by[r] * (c < 3 ? q[c] + 0.5 * by[c] * variance : q[c]);
-      p[r][c] += more;
-      p[c][r] += more;
-    }
-  for (int i = 0; i < kTrackStateSize; ++i) q[i] = accel_keep * (i < 3 ? q[i] + by[i] * variance : q[i]);
-  estimate.accel_mps2 *= accel_keep;
-  estimate.accel_var = accel_keep * accel_keep * variance;
-  if (estimate.mean.speed_mps < 0.0 && accel_end_s > 0.0) {  // who brakes comes to rest
-    estimate.mean.speed_mps = 0.0;
-    forget_acceleration(estimate);
-  }
-  if (dt_s > 0.0) {
-    estimate.accel_var += noise.accel * dt_s;
-    double s, c;
-    sin_cos_f64(next.course_rad, s, c);
-    const double along = noise.along * dt_s, across = noise.across * dt_s;
-    p[0][0] += c * c * along + s * s * across;
-    p[1][1] += s * s * along + c * c * across;
-    p[0][1] += c * s * (along - across);
-    p[1][0] += c * s * (along - across);
-    p[2][2] += noise.speed * dt_s;
-    p[3][3] += noise.course * dt_s;
-    p[4][4] += noise.yaw_rate * dt_s;
-  }
   for (int r = 1; r < kTrackStateSize; ++r)
     for (int c = 0; c < r; ++c) p[r][c] = p[c][r] = 0.5 * (p[r][c] + p[c][r]);
   // Without noise, the pull makes the yaw rate a function of the speed, and many steps lose digits: P becomes singular.

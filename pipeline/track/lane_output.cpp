@@ -89,7 +89,7 @@ void LanePolicy::spread_path(const State& s, int32_t first, PathTable& t) const 
   sin_cos_f64(s.estimate.mean.course_rad, sine, cosine);
   for (int32_t i = first; i < t.count; ++i) {
     TrackEstimate e = s.estimate;
-    spread(e, s.unseen_s, s.unseen_s + (i - first + 1) * params_.horizon_step_s);
+    spread(e, s.uncorrected_s, s.uncorrected_s + (i - first + 1) * params_.horizon_step_s);
     const double xx = e.covariance[0][0], yy = e.covariance[1][1], xy = e.covariance[0][1];
     t.x_m[i] = e.mean.x_m, t.y_m[i] = e.mean.y_m;
     t.var_x[i] = xx, t.var_y[i] = yy, t.cov_xy[i] = xy;

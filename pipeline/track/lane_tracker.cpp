@@ -70,10 +70,10 @@ constexpr int32_t kTurnedVotes = 3;        // so many more detections with the f
 constexpr double kSlip_rad = 0.05;         // between the course and the axis of a car that drives
 
 // What a place that spreads has more than if the new car moved about as guessed: as the ego vehicle does, or hardly.
-double guess_of(const LaneTrack& s, double birth_sigma_mps, double unseen_s) {
+double guess_of(const LaneTrack& s, double birth_sigma_mps, double uncorrected_s) {
   if (s.has_course) return 0.0;
   const double sigma_mps = s.estimate.mean.speed_mps > 0.0 ? birth_sigma_mps : kStandsShare * birth_sigma_mps;
-  return std::max(s.estimate.covariance[2][2] - sigma_mps * sigma_mps, 0.0) * unseen_s * unseen_s;
+  return std::max(s.estimate.covariance[2][2] - sigma_mps * sigma_mps, 0.0) * uncorrected_s * uncorrected_s;
 }
 
 // innovate() of a track that has no course yet: its car moves about as guessed, which makes the variance of its place
@@ -170,7 +170,7 @@ void LanePolicy::follow_map_use(State& s) const noexcept {
 // A car on a lane that was not seen lately drives as on its predicted path: parallel to the lane, at an offset that is
 // less and less certain. An error of its course would take it off the lane: 1 deg by 0.9 m in a second at 50 m/s. The
 // course of a car that is seen is its own: pulled to the lane, the places of a recorded drive were less exact.
-bool LanePolicy::is_guessed(const State& s) const noexcept { return s.lane.time_s > 0.0 && s.unseen_s > kGuess_s; }
+bool LanePolicy::is_guessed(const State& s) const noexcept { return s.lane.time_s > 0.0 && s.uncorrected_s > kGuess_s; }
 
 // With fewer hits the speed is not known well enough for its changes.
 bool LanePolicy::may_accelerate(const State& s) const noexcept {
@@ -197,14 +197,14 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
   const bool spins = s.heading_age_s <= kHeadingMemory_s, brakes = s.estimate.accel_mps2 < -kBrakes_mps2;
   const bool is_long = spins || brakes || is_free(s);
   if (may_accelerate(s)) noise.accel = (is_long ? kLongAccelNoise : kAccelNoise) * speed_gain;
-  noise.accel_s = s.unseen_s > kGuess_s ? kGuessedAccel_s : is_long ? kLongAccel_s : kAccel_s;
+  noise.accel_s = s.uncorrected_s > kGuess_s ? kGuessedAccel_s : is_long ? kLongAccel_s : kAccel_s;
   if (!s.asks_map) {  // road traffic, or a place off the map: anything may happen
     const double share = kFreeTurns_mps / std::max(s.estimate.mean.speed_mps, kFreeTurns_mps);
     noise.course = std::max(noise.course, kFreeCourseNoise * share * share);
     noise.yaw_rate = std::max(noise.yaw_rate, kFreeYawRateNoise);
   }
   if (s.turn_s > 0.0) noise.course = std::max(noise.course, kTurnNoise);
-  if (s.lane.course_s > 0.0) noise.across += 2.0 * lane_.path_across * lane_.path_across * s.unseen_s;
+  if (s.lane.course_s > 0.0) noise.across += 2.0 * lane_.path_across * lane_.path_across * s.uncorrected_s;
   return noise;
 }
 
@@ -219,9 +219,9 @@ void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcep
   if (dt_s == 0.0) return;
   forward_in_time = forward_in_time && dt_s > 0.0;
   if (!s.has_course) {
-    const double unseen_s = s.unseen_s + dt_s;  // negative: before the first measurement
-    spread(s.estimate, s.unseen_s, unseen_s);
-    s.unseen_s = unseen_s;
+    const double uncorrected_s = s.uncorrected_s + dt_s;  // negative: before the first measurement
+    spread(s.estimate, s.uncorrected_s, uncorrected_s);
+    s.uncorrected_s = uncorrected_s;
     if (forward_in_time) s.heading_age_s += dt_s;
     return;
   }
@@ -235,7 +235,7 @@ void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcep
       double& speed_mps = s.estimate.mean.speed_mps;
       if (!may_accelerate(s)) forget_acceleration(s.estimate);
       if (comes_to_rest(s)) speed_mps /= 1.0 + step_s / kStand_s;
-      s.unseen_s += step_s;
+      s.uncorrected_s += step_s;
       s.heading_age_s += step_s;
       s.manoeuvre_s = std::max(0.0, s.manoeuvre_s - step_s);
       s.brake_s = std::max(0.0, s.brake_s - step_s);
@@ -294,14 +294,14 @@ LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noex
 Doubt LanePolicy::doubt(const State& s) const noexcept {
   const double sigma_mps = std::sqrt(s.estimate.covariance[2][2]);
   return {kBirthSigmas * sigma_mps + std::fabs(s.estimate.accel_mps2) * kLongAccel_s,
-          s.hits < kSteadyHits ? s.unseen_s : 0.0, rows_reach_m_};
+          s.hits < kSteadyHits ? s.uncorrected_s : 0.0, rows_reach_m_};
 }
 
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
   Estimate e = {s.estimate, s.stage == LaneStage::kLost};
   if (!s.has_course) {
-    spread(e, s.unseen_s, s.unseen_s + dt_s);
-    e.guess_m2 = guess_of(s, params_.birth_sigma_v, s.unseen_s + dt_s);
+    spread(e, s.uncorrected_s, s.uncorrected_s + dt_s);
+    e.guess_m2 = guess_of(s, params_.birth_sigma_v, s.uncorrected_s + dt_s);
     return e;
   }
   const CourseNoise noise = noise_of(s);
@@ -477,9 +477,9 @@ void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept 
 // Where nothing told the course of a track, the way from its first measurement to this one does. A moment after the
 // first, the errors of both are longer than the way.
 bool LanePolicy::waits_for_course(const State& s, const Measurement& z) const noexcept {
-  const double way2_m2 = s.estimate.covariance[2][2] * s.unseen_s * s.unseen_s;
-  const bool is_told = s.unseen_s > 0.0 && way2_m2 > kCourseWay * (z.var_x + z.var_y);
-  return !s.has_course && s.unseen_s < kCourseWait_s && !is_told;
+  const double way2_m2 = s.estimate.covariance[2][2] * s.uncorrected_s * s.uncorrected_s;
+  const bool is_told = s.uncorrected_s > 0.0 && way2_m2 > kCourseWay * (z.var_x + z.var_y);
+  return !s.has_course && s.uncorrected_s < kCourseWait_s && !is_told;
 }
 
 // A measurement older than the state: back without noise, update, and forward to the state's time without noise.
@@ -488,14 +488,14 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   s.asks_map = asks_map_;
   move(s, dt_s, true);
   Innovation innovation;
-  const double guess_m2 = guess_of(s, params_.birth_sigma_v, s.unseen_s);
+  const double guess_m2 = guess_of(s, params_.birth_sigma_v, s.uncorrected_s);
   const bool is_known = innovate_guess(s.estimate, guess_m2, wide, &innovation);
   score_hit(slot, s, z, is_known ? &innovation : nullptr);
   if (is_known) watch_for_manoeuvre(s, wide, dt_s, wide.var_x > kLasts * z.var_x);
   if (is_known) doubt_lane_course(s, wide);
   const bool waits = waits_for_course(s, wide);
   if (!s.has_course && !waits) {
-    s.has_course = find_course(s.estimate, wide, s.unseen_s);
+    s.has_course = find_course(s.estimate, wide, s.uncorrected_s);
     if (s.has_course && moves_for_sure(s)) s.heading_rad = nearer_end(s.heading_rad, s.estimate.mean.course_rad);
   } else if (s.has_course) {
     update_on_lane(s.estimate, wide);
@@ -507,7 +507,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   turn_heading(s, 0.0, true);
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;
-  if (s.has_course) s.unseen_s = 0.0;
+  if (s.has_course) s.uncorrected_s = 0.0;
   if (!is_cluster(z)) s.had_row = 1;
   visibility_[slot] = Visibility::kSeen;  // also where the detection is no hit
   look_at_lane(s);

@@ -34,9 +34,11 @@ struct LaneTrack {
   double heading_cov = 0, heading_rate_var = 0;
   double heading_age_s = 1e3;  // since it was measured
   // Existence.
-  double score = 0;                  // log odds
-  double misses = 0;                 // since the last hit; those that follow each other soon count in part
-  double unseen_s = 0;               // since the last hit; without a course, since the first measurement
+  double score = 0;   // log odds
+  double misses = 0;  // since the last hit; those that follow each other soon count in part
+  // Since the measurement that the estimate was corrected with last: the last hit; while nothing has told the course,
+  // the first one (find_course).
+  double uncorrected_s = 0;
   int64_t counted_ns = 0;            // stamp of the last iteration that was a hit or a miss
   uint64_t history = 0;              // bit k: hit k iterations ago
   int64_t class_votes = 0;           // of its detections: 1 of a car, -1 of debris, limited

@@ -66,8 +66,24 @@ struct Small {
     def.user = &latest;
   }
   Small(const Small&) = delete;
-  ~Small() { ovt_destroy_detector(detector); }
+  ~Small() {
+    ovt_destroy_reader(reader_);
+    ovt_destroy_detector(detector);
+  }
   void create() { REQUIRE(ovt_create_detector(&def, &detector) == OVT_OK); }
+  void create(const char* preset) {
+    REQUIRE(ovt_params_init(&params_, sizeof params_, preset) == OVT_OK);
+    def.params = &params_;
+    create();
+  }
+  // The tracks of the newest frame, which must be newer than that of the last call; valid until the next one.
+  ovt_tracks next_tracks() {
+    ovt_tracks out;
+    if (!reader_) REQUIRE(ovt_create_reader(detector, &reader_) == OVT_OK);
+    REQUIRE(ovt_next_frame(reader_, nullptr) == OVT_OK);
+    REQUIRE(ovt_read_tracks(reader_, OVT_AT_FRAME_STAMP, &out) == OVT_OK);
+    return out;
+  }
   ovt_stats stats() const {
     ovt_stats out{};
     out.struct_size = sizeof out;
@@ -78,6 +94,10 @@ struct Small {
   ovt_detector_def def;
   ovt_detector* detector = nullptr;
   Latest latest;
+
+ private:
+  ovt_params params_;
+  ovt_reader* reader_ = nullptr;
 };
 
 }  // namespace overtake::test

@@ -40,6 +40,10 @@ struct Solid {
   float intensity = 1.0f;  // of the road: 1
 };
 
+inline Solid car_at(double x_m, double y_m, double yaw_deg = 0) {
+  return {x_m, y_m, yaw_deg, 4.921, 1.886, 0.1, 1.1, 1};
+}
+
 class RulesBench {
  public:
   static constexpr int32_t kRows = 64, kCols = 857;
@@ -249,5 +253,13 @@ inline void gate(RulesBench& bench) {
   CHECK(f.merged.count == f.gated_points + f.gated_size + f.gated_own + f.candidate_count);
   CHECK(f.candidate_count == f.gated_map + f.gated_range + f.candidate_overflow + f.kept_count);
 }
+
+// The bench after all rules; each solid must give one detection, in the order of their clusters.
+struct Looked : RulesBench {
+  explicit Looked(const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
+    look(solids, row_pitch_rad);
+    run();
+  }
+};
 
 }  // namespace overtake::test

@@ -21,7 +21,7 @@ constexpr int32_t kWidth = 920, kHeight = 340;
 class Camera {
  public:
   Camera(double middle_x_m, double middle_y_m) : middle_{middle_x_m, middle_y_m} {}
-  SvgPoint at(double x_m, double y_m, double z_m) const {
+  cli::SvgPoint at(double x_m, double y_m, double z_m) const {
     const double x = x_m - middle_[0], y = y_m - middle_[1];
     const double across = kCosTurn * x - kSinTurn * y, away = kSinTurn * x + kCosTurn * y;
     return {kWidth / 2.0 + kPixels * across, kHeight / 2.0 - kPixels * (away * kSinTilt + z_m * kCosTilt)};
@@ -35,8 +35,8 @@ class Camera {
   const std::array<double, 2> middle_;
 };
 
-std::array<SvgPoint, 4> corners_of(const Outline& o, const Camera& camera) {
-  std::array<SvgPoint, 4> out;
+std::array<cli::SvgPoint, 4> corners_of(const Outline& o, const Camera& camera) {
+  std::array<cli::SvgPoint, 4> out;
   const double c = std::cos(o.heading_rad), s = std::sin(o.heading_rad);
   constexpr double kSigns[4][2] = {{1, 1}, {1, -1}, {-1, -1}, {-1, 1}};
   for (std::size_t k = 0; k < 4; ++k) {
@@ -56,7 +56,7 @@ io::Picture draw_points(const CloudMoment& m, const Camera& camera, Color&& colo
   constexpr double kFine = 1.25;  // pixels of the cloud per pixel of the picture
   io::Picture picture(int32_t(kWidth * kFine), int32_t(kHeight * kFine), {14, 15, 18});
   for (const CloudMoment::Point* p : order) {
-    const SvgPoint at = camera.at(double(p->x_m), double(p->y_m), double(p->z_m));
+    const cli::SvgPoint at = camera.at(double(p->x_m), double(p->y_m), double(p->z_m));
     const int32_t x = int32_t(std::floor(at.x * kFine)), y = int32_t(std::floor(at.y * kFine));
     for (int32_t k = 0; k < 4; ++k)
       if (x + k % 2 >= 0 && x + k % 2 < picture.width && y + k / 2 >= 0 && y + k / 2 < picture.height)
@@ -65,11 +65,11 @@ io::Picture draw_points(const CloudMoment& m, const Camera& camera, Color&& colo
   return picture;
 }
 
-void add_panel(Svg& svg, double top, const io::Picture& picture, const std::string& title, const CloudMoment& m,
+void add_panel(cli::Svg& svg, double top, const io::Picture& picture, const std::string& title, const CloudMoment& m,
                const io::Rig& rig, const Camera& camera) {
   svg.text(8, top + 12, title);
   svg.image(0, top + 18, kWidth, kHeight, picture);
-  svg.add("<svg x=\"0\" y=\"" + svg_number(top + 18) + "\" width=\"" + std::to_string(kWidth) + "\" height=\"" +
+  svg.add("<svg x=\"0\" y=\"" + cli::svg_number(top + 18) + "\" width=\"" + std::to_string(kWidth) + "\" height=\"" +
           std::to_string(kHeight) + "\">");
   for (int32_t k = -60; k <= 60; ++k) {
     const std::string style = std::string(" stroke=\"#fff\" stroke-opacity=\"") + (k % 5 == 0 ? "0.22" : "0.08") + "\"";
@@ -96,7 +96,7 @@ void add_panel(Svg& svg, double top, const io::Picture& picture, const std::stri
 }  // namespace
 
 std::string draw_clouds(const CloudMoment& m, const io::Rig& rig) {
-  Svg svg(kWidth, 2 * (kHeight + 22) + 26 + 20);
+  cli::Svg svg(kWidth, 2 * (kHeight + 22) + 26 + 20);
   const Camera camera(0.5 * (sim::kCarCenterXM + m.car.x_m), 0.5 * m.car.y_m);
   std::vector<double> intensities;
   for (const CloudMoment::Point& p : m.points) intensities.push_back(std::log(std::max(double(p.intensity), 1e-4)));

@@ -16,18 +16,18 @@ constexpr const char* kPointsColor = "#e07b16";
 constexpr double kPanel = 296, kReach = 4.2, kTop = 66;
 
 // One moment from above, x of the vehicle frame up, y to the left, around the true middle of the car.
-void add_fit_panel(Svg& svg, double left, const FitMoment& m) {
+void add_fit_panel(cli::Svg& svg, double left, const FitMoment& m) {
   const double scale = kPanel / (2 * kReach);
   const auto at = [&](double x, double y) {
-    return SvgPoint{left + kPanel / 2 - scale * (y - m.truth.y_m), kTop + kPanel / 2 - scale * (x - m.truth.x_m)};
+    return cli::SvgPoint{left + kPanel / 2 - scale * (y - m.truth.y_m), kTop + kPanel / 2 - scale * (x - m.truth.x_m)};
   };
   svg.add("<svg x=\"0\" y=\"0\" width=\"100%\" height=\"100%\">");
   for (double x = std::ceil(m.truth.x_m - kReach); x <= m.truth.x_m + kReach; ++x) {
-    svg.line({left, at(x, 0).y}, {left + kPanel, at(x, 0).y}, kGridLine);
+    svg.line({left, at(x, 0).y}, {left + kPanel, at(x, 0).y}, cli::kGridLine);
     svg.text(left - 4, at(x, 0).y + 4, cli::fixed(x + 0.0, 0), "end", " font-size=\"10\"");
   }
   for (double y = std::ceil(m.truth.y_m - kReach); y <= m.truth.y_m + kReach; ++y) {
-    svg.line({at(0, y).x, kTop}, {at(0, y).x, kTop + kPanel}, kGridLine);
+    svg.line({at(0, y).x, kTop}, {at(0, y).x, kTop + kPanel}, cli::kGridLine);
     svg.text(at(0, y).x, kTop + kPanel + 13, cli::fixed(y + 0.0, 0), "middle", " font-size=\"10\"");
   }
   const auto outline = [&](const Outline& o, const std::string& style, bool arrow) {
@@ -48,9 +48,9 @@ void add_fit_panel(Svg& svg, double left, const FitMoment& m) {
   outline(m.by_points, stroke(kPointsColor, m.points_chosen), true);
   for (const auto& [x, y] : m.points)
     if (std::fabs(double(x) - m.truth.x_m) < kReach && std::fabs(double(y) - m.truth.y_m) < kReach)
-      svg.circle(at(double(x), double(y)), 1.5, kInkFill);
+      svg.circle(at(double(x), double(y)), 1.5, cli::kInkFill);
   svg.add("</svg>");
-  svg.rectangle(left, kTop, kPanel, kPanel, " fill=\"none\"" + std::string(kInkLine));
+  svg.rectangle(left, kTop, kPanel, kPanel, " fill=\"none\"" + std::string(cli::kInkLine));
   svg.text(left + kPanel / 2, kTop - 24,
            "t = " + cli::fixed(m.at.time_s, 2) + " s, true slip angle " +
                cli::fixed(io::deg(std::fabs(m.slip_rad)), 0) + " deg",
@@ -66,7 +66,7 @@ void add_fit_panel(Svg& svg, double left, const FitMoment& m) {
 
 std::string draw_fits(const std::vector<FitMoment>& moments, bool simulated) {
   constexpr double kStep = kPanel + 30;
-  Svg svg(int32_t(44 + kStep * double(std::max<std::size_t>(moments.size(), 1))), int32_t(kTop + kPanel + 58));
+  cli::Svg svg(int32_t(44 + kStep * double(std::max<std::size_t>(moments.size(), 1))), int32_t(kTop + kPanel + 58));
   svg.text(12, 20, std::string(simulated ? "A simulated" : "A recorded") + " car entering a spin: both rectangles",
            "start", " font-size=\"13\" font-weight=\"bold\"");
   for (std::size_t k = 0; k < moments.size(); ++k) add_fit_panel(svg, 44 + kStep * double(k), moments[k]);

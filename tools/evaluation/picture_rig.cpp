@@ -35,19 +35,19 @@ double strip_between(const Edge& left_edge, const Edge& right_edge) {
 std::string draw_rig(const io::Rig& rig, double length_m, double width_m) {
   constexpr int32_t kWidth = 760, kHeight = 580;
   constexpr double kScale = 45, kMiddleX = 1.95, kFar = 5.2;
-  Svg svg(kWidth, kHeight);
+  cli::Svg svg(kWidth, kHeight);
   const auto at = [](double x, double y) {
-    return SvgPoint{kWidth / 2.0 - kScale * y, 30 + (kHeight - 70) / 2.0 - kScale * (x - kMiddleX)};
+    return cli::SvgPoint{kWidth / 2.0 - kScale * y, 30 + (kHeight - 70) / 2.0 - kScale * (x - kMiddleX)};
   };
   svg.text(kWidth / 2.0, 16, "Sensors of rig " + rig.name + " and their horizontal fields of view, from above",
            "middle", " font-size=\"13\" font-weight=\"bold\"");
   for (int32_t k = -8; k <= 8; ++k) {
     if (std::fabs(k - kMiddleX) < 5.6) {
-      svg.line({40, at(k, 0).y}, {kWidth - 12.0, at(k, 0).y}, kGridLine);
+      svg.line({40, at(k, 0).y}, {kWidth - 12.0, at(k, 0).y}, cli::kGridLine);
       svg.text(36, at(k, 0).y + 4, std::to_string(k), "end");
     }
     if (at(0, k).x < 40 || at(0, k).x > kWidth - 12) continue;
-    svg.line({at(0, k).x, 30}, {at(0, k).x, kHeight - 40.0}, kGridLine);
+    svg.line({at(0, k).x, 30}, {at(0, k).x, kHeight - 40.0}, cli::kGridLine);
     svg.text(at(0, k).x, kHeight - 26, std::to_string(k), "middle");
   }
   svg.text(kWidth / 2.0, kHeight - 8, "y [m], left positive; vehicle frame, rear axle at the origin", "middle");
@@ -63,7 +63,7 @@ std::string draw_rig(const io::Rig& rig, double length_m, double width_m) {
     const io::RigSensor& s = sensors[k];
     const std::string color = kColors[k % std::size(kColors)];
     const double right = io::rad(s.yaw_deg + s.azimuth_right_deg), left = io::rad(s.yaw_deg + s.azimuth_left_deg);
-    std::vector<SvgPoint> sector = {at(s.x_m, s.y_m)};
+    std::vector<cli::SvgPoint> sector = {at(s.x_m, s.y_m)};
     constexpr int32_t kSteps = 48;
     for (int32_t i = 0; i <= kSteps; ++i) {
       const double angle = right + (left - right) * i / kSteps;
@@ -72,7 +72,7 @@ std::string draw_rig(const io::Rig& rig, double length_m, double width_m) {
     svg.polygon(sector, " fill=\"" + color + "\" fill-opacity=\"0.22\" stroke=\"" + color + "\"");
     svg.circle(at(s.x_m, s.y_m), 5, " fill=\"" + color + "\"");
     const double middle = (left + right) / 2;
-    const SvgPoint name = at(s.x_m + 0.62 * kFar * std::cos(middle), s.y_m + 0.62 * kFar * std::sin(middle));
+    const cli::SvgPoint name = at(s.x_m + 0.62 * kFar * std::cos(middle), s.y_m + 0.62 * kFar * std::sin(middle));
     svg.text(name.x, name.y, s.name, "middle", " font-weight=\"bold\" font-size=\"13\"");
     svg.text(name.x, name.y + 15, cli::fixed(s.azimuth_left_deg - s.azimuth_right_deg, 0) + " deg", "middle");
     svg.text(name.x, name.y + 29,
@@ -85,8 +85,8 @@ std::string draw_rig(const io::Rig& rig, double length_m, double width_m) {
     const double strip = strip_between(a, b);
     if (std::isnan(strip)) continue;
     const double reach = kFar * 0.86, c = std::cos(a.angle_rad), s = std::sin(a.angle_rad);
-    const SvgPoint from = at(a.x_m + reach * c, a.y_m + reach * s),
-                   to = at(a.x_m + reach * c - strip * s, a.y_m + reach * s + strip * c);
+    const cli::SvgPoint from = at(a.x_m + reach * c, a.y_m + reach * s),
+                        to = at(a.x_m + reach * c - strip * s, a.y_m + reach * s + strip * c);
     svg.line(from, to, " class=\"ink\" stroke=\"#333\" stroke-width=\"2\"");
     const double off = 12;  // pixels, outwards
     svg.text((from.x + to.x) / 2 - off * s, (from.y + to.y) / 2 - off * c + 8,
@@ -112,11 +112,11 @@ std::string draw_race(const io::MapData& map, const RacePath& path) {
   const double scale = (kWidth - 24) / std::max(wide, 1.0);
   const int32_t height = int32_t(scale * high) + 70;
   const auto at = [&](double x, double y) {
-    return turned ? SvgPoint{12 + scale * (y - low_y), 34 + scale * (x - low_x)}
-                  : SvgPoint{12 + scale * (x - low_x), 34 + scale * (high_y - y)};
+    return turned ? cli::SvgPoint{12 + scale * (y - low_y), 34 + scale * (x - low_x)}
+                  : cli::SvgPoint{12 + scale * (x - low_x), 34 + scale * (high_y - y)};
   };
-  Svg svg(kWidth, height);
-  std::vector<SvgPoint> way, left, right;
+  cli::Svg svg(kWidth, height);
+  std::vector<cli::SvgPoint> way, left, right;
   const std::size_t n = map.x_m.size();
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t a = i > 0 ? i - 1 : map.closed ? n - 1 : 0, b = i + 1 < n ? i + 1 : map.closed ? 0 : n - 1;
@@ -125,8 +125,8 @@ std::string draw_race(const io::MapData& map, const RacePath& path) {
     right.push_back(at(map.x_m[i] + dy / d * map.width_right_m[i], map.y_m[i] - dx / d * map.width_right_m[i]));
   }
   if (map.closed && n > 0) left.push_back(left.front()), right.push_back(right.front());
-  svg.polyline(left, kInkLine);
-  svg.polyline(right, kInkLine);
+  svg.polyline(left, cli::kInkLine);
+  svg.polyline(right, cli::kInkLine);
   for (const RacePath::Step& s : path.steps) way.push_back(at(s.x_m, s.y_m));
   svg.polyline(way, " stroke=\"#2f7fd0\" stroke-width=\"1.4\"");
   int32_t passings = 0;

@@ -17,7 +17,7 @@ constexpr double kLeft = 62, kRight = 12, kImage = 64, kCloud = 150, kHead = 17,
 constexpr double kInside = kStripWidth - kLeft - kRight;
 
 // A colour bar with its limits, right-aligned above a panel.
-void add_scale(Svg& svg, double top, const std::string& low, const std::string& high) {
+void add_scale(cli::Svg& svg, double top, const std::string& low, const std::string& high) {
   constexpr int32_t kSteps = 64;
   constexpr double kBar = 110;
   io::Picture bar(kSteps, 1);
@@ -28,12 +28,12 @@ void add_scale(Svg& svg, double top, const std::string& low, const std::string& 
   svg.text(right - kBar - 4, top + 11, low, "end");
 }
 
-void add_frame(Svg& svg, double top, double height) {
-  svg.rectangle(kLeft, top, kInside, height, " fill=\"none\"" + std::string(kInkLine));
+void add_frame(cli::Svg& svg, double top, double height) {
+  svg.rectangle(kLeft, top, kInside, height, " fill=\"none\"" + std::string(cli::kInkLine));
 }
 
 // The image's rows are its y axis.
-double add_image(Svg& svg, double top, const std::string& title, const cli::DenseImage& image,
+double add_image(cli::Svg& svg, double top, const std::string& title, const cli::DenseImage& image,
                  const cli::DenseImage& returns, bool scaled) {
   const cli::ColoredImage colored = cli::color_image(image, returns);
   io::Picture picture(image.cols, image.rows);
@@ -52,7 +52,7 @@ struct Elevations {
 };
 
 template <class Color>
-double add_cloud(Svg& svg, double top, const std::string& title, const StripMoment& m, const Elevations& e,
+double add_cloud(cli::Svg& svg, double top, const std::string& title, const StripMoment& m, const Elevations& e,
                  Color&& color_of) {
   constexpr int32_t kCols = 1300, kRows = 225;
   io::Picture picture(kCols, kRows);
@@ -70,7 +70,7 @@ double add_cloud(Svg& svg, double top, const std::string& title, const StripMome
   for (const double deg : {-15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0}) {
     if (deg <= e.low_deg || deg >= e.high_deg) continue;
     const double y = top + kHead + (e.high_deg - deg) / (e.high_deg - e.low_deg) * kCloud;
-    svg.line({kLeft - 4, y}, {kLeft, y}, kInkLine);
+    svg.line({kLeft - 4, y}, {kLeft, y}, cli::kInkLine);
     svg.text(kLeft - 6, y + 4, cli::fixed(deg, 0), "end");
   }
   svg.upward_text(14, top + kHead + kCloud / 2, "elevation [deg]");
@@ -80,7 +80,7 @@ double add_cloud(Svg& svg, double top, const std::string& title, const StripMome
 }  // namespace
 
 std::string draw_strip(const StripMoment& m) {
-  Svg svg(kStripWidth, int32_t(26 + 5 * (kHead + kImage + kGap) + 2 * (kHead + kCloud + kGap) + 28));
+  cli::Svg svg(kStripWidth, int32_t(26 + 5 * (kHead + kImage + kGap) + 2 * (kHead + kCloud + kGap) + 28));
   std::vector<double> ranges, elevations;
   for (const StripMoment::Point& p : m.points) {
     ranges.push_back(double(p.range_m));
@@ -112,7 +112,7 @@ std::string draw_strip(const StripMoment& m) {
   top -= kGap;
   for (double deg = std::ceil(m.azimuth_right_deg / 20) * 20; deg <= m.azimuth_left_deg; deg += 20) {
     const double x = kLeft + (m.azimuth_left_deg - deg) / (m.azimuth_left_deg - m.azimuth_right_deg) * kInside;
-    svg.line({x, top}, {x, top + 4}, kInkLine);
+    svg.line({x, top}, {x, top + 4}, cli::kInkLine);
     svg.text(x, top + 15, cli::fixed(deg, 0), "middle");
   }
   svg.text(kLeft + kInside / 2, top + 28, "azimuth [deg], left positive", "middle");

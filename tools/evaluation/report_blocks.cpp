@@ -22,7 +22,7 @@ std::string time_text(const Figures& f, const char* stage) {
 // The paper's block diagram with the inputs and the median times of this report.
 std::string draw_blocks(const Figures& f) {
   constexpr int32_t kWidth = 870, kHeight = 518;
-  Svg svg(kWidth, kHeight);
+  cli::Svg svg(kWidth, kHeight);
   svg.add(
       "<defs><marker id=\"tip\" viewBox=\"0 0 10 10\" refX=\"9\" refY=\"5\" markerWidth=\"7\" markerHeight=\"7\" "
       "orient=\"auto-start-reverse\"><path d=\"M0,0 L10,5 L0,10 z\" fill=\"#888\"/></marker></defs>");
@@ -35,7 +35,7 @@ std::string draw_blocks(const Figures& f) {
     svg.text(middle, y + 34, words, "middle", " font-size=\"10\"");
     if (!time.empty()) svg.text(middle, y + h - 7, time, "middle", " fill=\"#2f7fd0\" font-size=\"11\"");
   };
-  const auto arrow = [&](SvgPoint a, SvgPoint b) {
+  const auto arrow = [&](cli::SvgPoint a, cli::SvgPoint b) {
     svg.line(a, b, " stroke=\"#888\" stroke-width=\"1.6\" marker-end=\"url(#tip)\"");
   };
   svg.text(kWidth / 2.0, 18, "From scans to tracks", "middle", " font-size=\"13\" font-weight=\"bold\"");
@@ -96,7 +96,7 @@ std::string view_commands(const NamedPicture& picture, const std::vector<Run>& r
                       " --preset " + run->variant.substr(0, run->variant.find_first_of(":@")) + " --mcap FILE";
   if (is_simulated(*run) && !said("scenario").empty() && !said("seed").empty())
     words += "; overtake simulate " + said("scenario") + " --seed " + said("seed") + " makes the log";
-  return "<p class=\"note\">" + escape_xml(words) + "):</p>\n<pre>" + escape_xml(lines) + "</pre>\n";
+  return "<p class=\"note\">" + cli::escape_xml(words) + "):</p>\n<pre>" + cli::escape_xml(lines) + "</pre>\n";
 }
 
 }  // namespace
@@ -132,17 +132,17 @@ std::string picture_section(const std::map<std::string, NamedPicture>& pictures,
                      draw_blocks(f) + heading("pictures", "Pictures");
   for (const Shown& kind : kKinds) {
     const auto found = pictures.find(kind.name);
-    html += "<h3 id=\"" + std::string(kind.name) + "\">" + escape_xml(kind.title) + "</h3>\n";
+    html += "<h3 id=\"" + std::string(kind.name) + "\">" + cli::escape_xml(kind.title) + "</h3>\n";
     if (found == pictures.end()) {
       const bool is_by_points = kind.name == std::string("strip") || kind.name == std::string("clouds");
-      html +=
-          "<p class=\"note\">Not here: " +
-          escape_xml(is_by_points && !knows_points ? "chosen by a car's points, and no log says what each point lies on"
-                                                   : kind.missing) +
-          ".</p>\n";
+      html += "<p class=\"note\">Not here: " +
+              cli::escape_xml(is_by_points && !knows_points
+                                  ? "chosen by a car's points, and no log says what each point lies on"
+                                  : kind.missing) +
+              ".</p>\n";
     } else {
       html += paragraph(kind.words) + "<p class=\"note\">" +
-              (is_recorded(found->second.log) ? "Recorded: " : "Simulated: ") + escape_xml(found->second.caption) +
+              (is_recorded(found->second.log) ? "Recorded: " : "Simulated: ") + cli::escape_xml(found->second.caption) +
               ".</p>\n" + view_commands(found->second, runs) + found->second.svg;
     }
   }

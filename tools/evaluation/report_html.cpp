@@ -40,23 +40,23 @@ std::string table_html(const Rows& rows) {
   for (std::size_t r = 0; r < rows.size(); ++r) {
     html += "<tr>";
     for (const std::string& cell : rows[r])
-      html += (r == 0 ? "<th>" : "<td>") + escape_xml(cell) + (r == 0 ? "</th>" : "</td>");
+      html += (r == 0 ? "<th>" : "<td>") + cli::escape_xml(cell) + (r == 0 ? "</th>" : "</td>");
     html += "</tr>\n";
   }
   return html + "</table></div>\n";
 }
 
-std::string paragraph(const std::string& text) { return "<p>" + escape_xml(text) + "</p>\n"; }
+std::string paragraph(const std::string& text) { return "<p>" + cli::escape_xml(text) + "</p>\n"; }
 
 std::string heading(const std::string& id, const std::string& text) {
-  return "<h2 id=\"" + id + "\">" + escape_xml(text) + "</h2>\n";
+  return "<h2 id=\"" + id + "\">" + cli::escape_xml(text) + "</h2>\n";
 }
 
 std::string page_begin(const std::string& title) {
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
          "content=\"width=device-width\"><title>" +
-         escape_xml(title) + "</title>\n<style>" + kStyle + "</style></head><body>\n<h1>" + escape_xml(title) +
-         "</h1>\n";
+         cli::escape_xml(title) + "</title>\n<style>" + kStyle + "</style></head><body>\n<h1>" +
+         cli::escape_xml(title) + "</h1>\n";
 }
 
 std::string page_end() { return "</body></html>\n"; }

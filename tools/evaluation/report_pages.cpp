@@ -37,7 +37,7 @@ std::string index_section() {
   std::string html = heading("index", "The paper's figures, and where they are answered") +
                      "<div class=\"wide\"><table class=\"words\"><tr><th>paper</th><th>here</th></tr>\n";
   for (const Entry& e : kEntries)
-    html += "<tr><td>" + escape_xml(e.paper) + "</td><td><a href=\"#" + e.id + "\">" + escape_xml(e.here) +
+    html += "<tr><td>" + cli::escape_xml(e.paper) + "</td><td><a href=\"#" + e.id + "\">" + cli::escape_xml(e.here) +
             "</a></td></tr>\n";
   return html +
          "</table></div>\n<p>Beyond the paper: <a href=\"#cost\">oracles and what each part costs</a>, "
@@ -99,7 +99,7 @@ std::string origin_line(Origin origin) {
           : "Some logs are simulated, others recorded (see the logs). Simulated: " + by_simulator +
                 " Recorded: " + by_record;
   return "<p><span class=\"" + std::string(origin == Origin::kRecorded ? "recorded" : "simulated") + "\">" +
-         words_of(origin) + "</span> " + escape_xml(words) + "</p>\n";
+         words_of(origin) + "</span> " + cli::escape_xml(words) + "</p>\n";
 }
 
 // The headline numbers of the main scenario.

@@ -56,8 +56,8 @@ std::string claims_html(const char* first, const std::vector<Claim>& claims, Ori
   std::string html = "<div class=\"wide\"><table class=\"words\"><tr><th>" + std::string(first) +
                      "</th><th>here</th><th>figures (" + words_of(origin) + ")</th></tr>\n";
   for (const Claim& c : claims)
-    html += "<tr><td>" + escape_xml(c.text) + "</td>" + verdict_cell(c) + "<td>" + escape_xml(numbers_text(c.numbers)) +
-            "</td></tr>\n";
+    html += "<tr><td>" + cli::escape_xml(c.text) + "</td>" + verdict_cell(c) + "<td>" +
+            cli::escape_xml(numbers_text(c.numbers)) + "</td></tr>\n";
   return html + "</table></div>\n";
 }
 
@@ -69,8 +69,8 @@ std::string controls_html(const std::vector<Figures>& all) {
     for (const Claim& c : check_controls(f, all)) {
       auto at = std::find_if(controls.begin(), controls.end(), [&](const auto& k) { return k.first == c.text; });
       if (at == controls.end()) at = controls.insert(at, {c.text, ""});
-      at->second += "<tr><td>" + escape_xml(f.variant + ", " + f.scenario) + "</td>" + verdict_cell(c) + "<td>" +
-                    escape_xml(numbers_text(c.numbers)) + "</td></tr>\n";
+      at->second += "<tr><td>" + cli::escape_xml(f.variant + ", " + f.scenario) + "</td>" + verdict_cell(c) + "<td>" +
+                    cli::escape_xml(numbers_text(c.numbers)) + "</td></tr>\n";
     }
   }
   if (controls.empty()) return "";
@@ -131,7 +131,7 @@ std::string track_tables(const std::vector<TrackQuality>& columns) {
         {"Predicted paths", path_rows(columns)},
         {"Probability of existence: share of the tracks that are at a car", calibration_rows(columns)},
         {"False tracks an hour (false tracks); delay s: median, 99 % (cars)", threshold_rows(columns)}})
-    if (rows.size() > 1) html += "<h3>" + escape_xml(name) + "</h3>\n" + table_html(rows);
+    if (rows.size() > 1) html += "<h3>" + cli::escape_xml(name) + "</h3>\n" + table_html(rows);
   return html;
 }
 
@@ -149,8 +149,8 @@ std::string track_section(const std::vector<TrackQuality>& all, const std::strin
   for (const TrackQuality& q : all)
     if (q.scenario != main) others.insert(q.scenario);
   for (const std::string& scenario : others)
-    html += "<details><summary>" + escape_xml(scenario) + "</summary>" + track_tables(track_quality_of(all, scenario)) +
-            "</details>\n";
+    html += "<details><summary>" + cli::escape_xml(scenario) + "</summary>" +
+            track_tables(track_quality_of(all, scenario)) + "</details>\n";
   return html;
 }
 
@@ -167,7 +167,7 @@ std::string quality_section(const std::vector<Quality>& all, const std::vector<R
   for (const Quality& q : all)
     if (q.scenario != main) others.insert(q.scenario);
   for (const std::string& scenario : others)
-    html += "<details><summary>" + escape_xml(scenario) + "</summary>" +
+    html += "<details><summary>" + cli::escape_xml(scenario) + "</summary>" +
             table_html(quality_rows(quality_of(all, scenario))) + "</details>\n";
   std::map<std::string, std::string> configs;
   for (const Run& run : runs)

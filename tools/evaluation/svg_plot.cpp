@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tools/evaluation/metrics/summary.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -35,14 +36,14 @@ class Canvas {
     const auto xs = x_numbers ? round_ticks(x_low_, x_high_) : std::vector<double>();
     const auto ys = round_ticks(y_low_, y_high_);
     for (const double x : xs) {
-      svg.line({px(x), kTop}, {px(x), bottom()}, x == 0 ? kZeroLine : kGridLine);
+      svg.line({px(x), kTop}, {px(x), bottom()}, x == 0 ? kZeroLine : cli::kGridLine);
       svg.text(px(x), bottom() + 14, tick_text(x, xs.size() > 1 ? xs[1] - xs[0] : 1), "middle");
     }
     for (const double y : ys) {
-      svg.line({kLeft, py(y)}, {right, py(y)}, y == 0 ? kZeroLine : kGridLine);
+      svg.line({kLeft, py(y)}, {right, py(y)}, y == 0 ? kZeroLine : cli::kGridLine);
       svg.text(kLeft - 5, py(y) + 4, tick_text(y, ys.size() > 1 ? ys[1] - ys[0] : 1), "end");
     }
-    svg.rectangle(kLeft, kTop, right - kLeft, bottom() - kTop, " fill=\"none\"" + std::string(kInkLine));
+    svg.rectangle(kLeft, kTop, right - kLeft, bottom() - kTop, " fill=\"none\"" + std::string(cli::kInkLine));
   }
 
   double px(double x) const { return kLeft + (x - x_low_) / (x_high_ - x_low_) * (axes_.width - kLeft - kRight); }
@@ -52,7 +53,7 @@ class Canvas {
   }
   double bottom() const { return axes_.height - kBottom; }
 
-  Svg svg;
+  cli::Svg svg;
   static constexpr double kLeft = 58, kRight = 14, kTop = 26, kBottom = 40;
 
  private:
@@ -71,7 +72,7 @@ void draw_band(Canvas& canvas, const Series& s) {
   std::size_t begin = 0;
   for (std::size_t end = 0; end <= s.x.size(); ++end) {
     if (end < s.x.size() && std::isfinite(s.y[end])) continue;
-    std::vector<SvgPoint> points;
+    std::vector<cli::SvgPoint> points;
     for (std::size_t i = begin; i < end; ++i) points.push_back({canvas.px(s.x[i]), canvas.py(s.high[i])});
     for (std::size_t i = end; i > begin; --i) points.push_back({canvas.px(s.x[i - 1]), canvas.py(s.low[i - 1])});
     if (end - begin > 1) canvas.svg.polygon(points, " fill=\"" + s.color + "\" fill-opacity=\"0.2\"");
@@ -81,14 +82,14 @@ void draw_band(Canvas& canvas, const Series& s) {
 
 void draw_series(Canvas& canvas, const Series& s) {
   if (!s.low.empty() && !s.bars) draw_band(canvas, s);
-  std::vector<SvgPoint> points;
+  std::vector<cli::SvgPoint> points;
   for (std::size_t i = 0; i < s.x.size(); ++i) {
     if (!std::isfinite(s.y[i])) {
       canvas.svg.polyline(points, stroke_of(s.color, "1.8"));
       points.clear();
       continue;
     }
-    const SvgPoint at{canvas.px(s.x[i]), canvas.py(s.y[i])};
+    const cli::SvgPoint at{canvas.px(s.x[i]), canvas.py(s.y[i])};
     points.push_back(at);
     if (s.dots) canvas.svg.circle(at, 2.6, " fill=\"" + s.color + "\"");
     if (s.bars && std::isfinite(s.low[i]) && std::isfinite(s.high[i]))
@@ -192,7 +193,7 @@ std::string violin_plot(const Axes& axes, const std::vector<Violin>& violins) {
         density[b] = (from[b > 0 ? b - 1 : 0] + 2 * from[b] + from[std::min(b + 1, kBins - 1)]) / 4;
     }
     const double most = *std::max_element(density.begin(), density.end());
-    std::vector<SvgPoint> outline(2 * kBins);
+    std::vector<cli::SvgPoint> outline(2 * kBins);
     for (std::size_t b = 0; b < kBins && most > 0; ++b) {
       const double y = canvas.py(s.p5 + (double(b) + 0.5) / double(kBins) * span), w = half * density[b] / most;
       outline[b] = {middle + w, y};
@@ -204,9 +205,9 @@ std::string violin_plot(const Axes& axes, const std::vector<Violin>& violins) {
     const auto dash = [&](double y, double w, const std::string& style) {
       canvas.svg.line({middle - w, canvas.py(y)}, {middle + w, canvas.py(y)}, style);
     };
-    dash(s.p5, 4, kInkLine), dash(s.p95, 4, kInkLine);
+    dash(s.p5, 4, cli::kInkLine), dash(s.p95, 4, cli::kInkLine);
     canvas.svg.line({middle, canvas.py(s.p25)}, {middle, canvas.py(s.p75)},
-                    kInkLine + std::string(" stroke-width=\"4\""));
+                    cli::kInkLine + std::string(" stroke-width=\"4\""));
     dash(s.mean, 9, stroke_of("#e03131", "2"));
     canvas.svg.circle({middle, canvas.py(s.median)}, 2.5, " fill=\"white\" stroke=\"#333\"");
   }

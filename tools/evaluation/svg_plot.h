@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/view/svg.h"
-
 namespace overtake::evaluation {
 
 struct Series {

@@ -7,7 +7,7 @@
 
 #include "tools/io/base64.h"
 
-namespace overtake::evaluation {
+namespace overtake::cli {
 namespace {
 
 std::string attribute(const char* name, double value) {
@@ -84,4 +84,4 @@ void Svg::image(double x, double y, double width, double height, const io::Pictu
       io::encode_base64(io::encode_png(picture)) + "\"/>");
 }
 
-}  // namespace overtake::evaluation
+}  // namespace overtake::cli

@@ -10,7 +10,7 @@
 
 #include "tools/io/image.h"
 
-namespace overtake::evaluation {
+namespace overtake::cli {
 
 struct SvgPoint {
   double x, y;
@@ -44,4 +44,4 @@ inline constexpr const char* kGridLine = " class=\"grid\" stroke=\"#e2e2e2\"";
 std::string escape_xml(const std::string& text);
 std::string svg_number(double value);  // at most two digits after the point
 
-}  // namespace overtake::evaluation
+}  // namespace overtake::cli

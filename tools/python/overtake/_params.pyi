@@ -118,7 +118,7 @@ class cut_group:
     from_: float
     """such clusters are longer than this, in lengths of the vehicle (number, 0 to 1000)"""
     to: float
-    """... and shorter than this; a longer one is a wall (number, 0 to 1000)"""
+    """... and shorter than this; a longer one is a wall (both 0: no cluster is cut) (number, 0 to 1000)"""
     in_line_from: float
     """a shorter one may be parts of two cars in line, if it is longer than this, in lengths of the vehicle (number,
     0 to 1000)"""
