@@ -371,7 +371,7 @@ int64_t draw_stamp(std::mt19937& random, int64_t stamp_ns) {
   switch (random() % 24) {
     case 0: return INT64_MAX - int64_t(random() % 3);
     case 1: return INT64_MIN + int64_t(random() % 3);
-    case 2: return stamp_ns - int64_t(random() % 700) * kMs;
+    case 2: return int64_t(uint64_t(stamp_ns) - uint64_t(random() % 700) * uint64_t(kMs));
     case 3: return stamp_ns;
     case 4: return 0;
     default: return int64_t(uint64_t(stamp_ns) + uint64_t(random() % 60) * uint64_t(kMs));  // wraps around at the end

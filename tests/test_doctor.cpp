@@ -97,8 +97,8 @@ struct Spinning {
 void add_spin(const Spinning& at, bool vehicle_frame, std::vector<float>& x, std::vector<float>& y,
               std::vector<float>& z, std::vector<uint16_t>& layer) {
   for (int32_t line = 0; line < 32; ++line)
-    for (int32_t c = 0; c < 900; ++c) {
-      const double azimuth = 0.4 * kDegree * c, up = std::tan((10 - 0.75 * line) * kDegree);
+    for (int32_t c = 0; c < 1440; ++c) {
+      const double azimuth = 0.25 * kDegree * c, up = std::tan((10 - 0.75 * line) * kDegree);
       const double aside = std::sin(azimuth), wall = aside > 0 ? 4 : 9;
       double range = std::fabs(aside) > 0.02 ? wall / std::fabs(aside) : 1000;
       if (up < 0) range = std::min(range, -at.up_m / up);
@@ -181,6 +181,39 @@ TEST_CASE("doctor: names the parts of a view in which no scan has a point") {
   REQUIRE(rear.size() == 1);
   CHECK(rear[0] == "none of its points is seen from -170 to -175 deg (left positive)");
   CHECK(notes(av21, {{60, -32}}, {{60, -32}}).empty());  // most of the view: another rig
+}
+
+TEST_CASE("doctor: names the number of columns that the steps between the points ask for") {
+  // Advice of scans whose lines have a point each step_deg; `returns` of each beam, at one azimuth.
+  const auto advice = [](const io::Rig& rig, double step_deg, int32_t returns = 1) {
+    Doctor doctor(rig);
+    const io::RigSensor& model = rig.sensors[0];
+    std::vector<float> x, y, z;
+    std::vector<uint16_t> layer;
+    for (uint16_t line = 0; line < 4; ++line)
+      for (double a = model.azimuth_left_deg - 0.03; a > model.azimuth_right_deg; a -= step_deg)
+        for (int32_t k = 0; k < returns; ++k) {
+          const double range_m = 20 + k;
+          x.push_back(float(range_m * std::cos(a * kDegree))), y.push_back(float(range_m * std::sin(a * kDegree)));
+          z.push_back(-0.5f), layer.push_back(line);
+        }
+    for (int32_t k = 0; k < 2; ++k) doctor.add_scan(scan_of(0, k * 50'000'000, x, y, z, layer));
+    std::string out;
+    for (const Finding& finding : doctor.findings())
+      if (finding.advice.find("set cols") != std::string::npos) {
+        CHECK(finding.wrong);
+        out += finding.advice;
+      }
+    return out;
+  };
+  const io::Rig av21 = io::load_rig("av21"), hdl32 = io::load_rig("hdl32");
+  CHECK(advice(av21, 0.14) == "");
+  CHECK(advice(av21, 0.2) == "");  // some points are missing
+  CHECK(advice(av21, 0.28) == "set cols = 429 in the rig file");
+  CHECK(advice(av21, 0.07) == "set cols = 1714 in the rig file");
+  CHECK(advice(hdl32, 0.332, 2) == "");
+  CHECK(advice(hdl32, 1.0) == "set cols = 360 in the rig file");
+  CHECK(advice(av21, 4.0) == "");  // too few points
 }
 
 TEST_CASE("doctor: scans that could not be read are named, and are no gap") {

@@ -113,6 +113,7 @@ void Doctor::add_scan(const io::SensorScan& scan) {
   if (s.scans > 20 && s.scans % 100 != 0) return;
   look_at_points(scan, rig_.sensors[std::size_t(scan.sensor)], s);
   s.shapes.add(scan);
+  s.columns.add(scan);
   walls_[std::size_t(scan.sensor)].add(scan, rig_.sensors[std::size_t(scan.sensor)]);
 }
 
@@ -273,6 +274,20 @@ void Doctor::judge_view(std::size_t i, std::vector<Finding>& out) const {
   out.push_back({false, "sensor '" + model.name + "'", "none of its points is seen from " + gaps + " (left positive)",
                  "look for dirt on its window; where the vehicle or the driver takes the view away, the frames say "
                  "view_blocked, and azimuth_left_deg, azimuth_right_deg of the rig may be narrower"});
+}
+
+void Doctor::judge_columns(std::size_t i, std::vector<Finding>& out) const {
+  const Sensor& s = sensors_[i];
+  const io::RigSensor& model = rig_.sensors[i];
+  const int32_t cols = s.columns.find_other_cols(model);
+  if (cols == 0 || !s.lines_how.empty() || s.odd_layers > 0 || s.outside * 5 > s.points) return;
+  const double step_deg = s.columns.median_deg(), wide_deg = column_deg(model);
+  out.push_back({true, "sensor '" + model.name + "'",
+                 "the points of a line are " + fixed(step_deg, 3) + " deg apart, the rig's columns " +
+                     fixed(wide_deg, 3) + " deg: " +
+                     (step_deg > wide_deg ? "most columns stay empty, and what hangs together falls apart"
+                                          : "most points have no pixel of their own"),
+                 "set cols = " + std::to_string(cols) + " in the rig file"});
 }
 
 bool Doctor::judge_lines(std::size_t i, std::vector<Finding>& out) const {
@@ -466,6 +481,7 @@ std::vector<Finding> Doctor::findings() const {
     judge_presence(i, out);
     judge_points(i, out);
     judge_view(i, out);
+    judge_columns(i, out);
     judge_time(i, out);
     if (!judge_lines(i, out)) continue;
     if (owner[i] != i)  // a wrong yaw tilts the road, too

@@ -15,6 +15,7 @@
 
 #include "core/circuit_map.h"
 #include "pipeline/overtake.h"
+#include "tools/cli/doctor_columns.h"
 #include "tools/cli/doctor_lines.h"
 #include "tools/cli/doctor_walls.h"
 #include "tools/io/ego_file.h"
@@ -66,6 +67,7 @@ class Doctor {
     std::vector<double> ranges_m;     // a sample
     std::array<bool, 360> seen = {};  // azimuths from -180 deg on, a degree each
     LineShapes shapes;
+    ColumnSteps columns;
   };
   struct Ego {
     int64_t poses = 0, first_ns = INT64_MAX, last_ns = INT64_MIN, backward = 0, moving = 0, crooked = 0, fast = 0;
@@ -79,6 +81,7 @@ class Doctor {
   void judge_presence(std::size_t i, std::vector<Finding>& out) const;
   void judge_points(std::size_t i, std::vector<Finding>& out) const;
   void judge_view(std::size_t i, std::vector<Finding>& out) const;
+  void judge_columns(std::size_t i, std::vector<Finding>& out) const;
   void judge_time(std::size_t i, std::vector<Finding>& out) const;
   // False if the lines do not belong to one sensor at the cloud's origin: then the mounting cannot be tested.
   bool judge_lines(std::size_t i, std::vector<Finding>& out) const;
