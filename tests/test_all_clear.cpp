@@ -56,7 +56,7 @@ struct Straight {
       ovt_tracks t;
       ovt_read_info(reader, &s.info);
       s.broken = find_broken_rule(reader, bench.small.def.sensor_count, bench.small.def.map != nullptr,
-                                  {OVT_AT_FRAME_STAMP, later_ns(s.info.stamp_ns, 500 * kMs)});
+                                  {OVT_AT_FRAME_STAMP, overtake::later_ns(s.info.stamp_ns, 500 * kMs)});
       ovt_read_detections(reader, &d);
       ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t);
       s.heading_ref.assign(d.heading_ref_rad, d.heading_ref_rad + d.count);
@@ -372,7 +372,7 @@ int64_t draw_stamp(std::mt19937& random, int64_t stamp_ns) {
   switch (random() % 24) {
     case 0: return INT64_MAX - int64_t(random() % 3);
     case 1: return INT64_MIN + int64_t(random() % 3);
-    case 2: return later_ns(stamp_ns, -int64_t(random() % 700) * kMs);
+    case 2: return overtake::later_ns(stamp_ns, -int64_t(random() % 700) * kMs);
     case 3: return stamp_ns;
     case 4: return 0;
     default: return int64_t(uint64_t(stamp_ns) + uint64_t(random() % 60) * uint64_t(kMs));  // wraps around at the end
