@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kNoisy_per_m = 0.002;                  // more noise of the curvature is smoothed,
 constexpr double kGoal_per_m = 0.0005;                  // to about this where a window can do so
-constexpr double kFarApart_m = 4.0;                     // points farther apart stay as they are
 constexpr double kReaches_m[] = {3.0, 5.0, 8.0, 12.0};  // of a window to either side; a hairpin is no longer
-constexpr int32_t kLeastChords = 7, kMostChords = 256;  // of a window; to either side
+constexpr int32_t kLeastChords = 7;                     // of a window: points farther apart than 3.4 m stay as they are
+constexpr int32_t kMostChords = 256;                    // to either side
 // Standard deviations for an error of 1 m of each point: of the curvature, times the square of the points' distance; of
 // the smoothed one, times sqrt(reach^5 / distance) (measured).
 constexpr double kNoiseOfPoints = 0.61, kNoiseOfWindow = 6.0;
@@ -121,7 +121,6 @@ void CircuitMap::compute_headings() {
   if (closed_) at(curvature_, n) = at(curvature_, 0);
 
   const double step_m = length_m() / n;
-  if (step_m > kFarApart_m) return;
   const double noise_per_m = measure_curvature_noise();
   if (noise_per_m > kNoisy_per_m) smooth_headings(choose_reach(noise_per_m, step_m, length_m()));
 }

@@ -293,10 +293,22 @@ TEST_CASE("circuit map: noise of the points becomes no noise of heading and curv
     }
 }
 
-TEST_CASE("circuit map: points so noisy that the line turns back have the direction of the line") {
+TEST_CASE("circuit map: points so noisy that the line turns back have the direction and the bends of the line") {
   Line line;
   std::mt19937 random(6);
   std::normal_distribution<double> noise(0.0, 0.15);
+  {
+    constexpr double kRadius = 60;
+    constexpr int32_t kAround = 1900;
+    Line circle = make_circle(kRadius, kAround);
+    for (std::size_t i = 0; i < kAround; ++i) circle.x[i] += noise(random), circle.y[i] += noise(random);
+    CircuitMap map;
+    REQUIRE(circle.build(map, true));
+    CHECK(map.length_m() > 1.3 * kTwoPi * kRadius);  // it counts the noise
+    double sum = 0;
+    for (int32_t i = 0; i < kAround; ++i) sum += map.at(map.length_m() * i / kAround).curvature_per_m;
+    CHECK(sum / kAround == doctest::Approx(1 / kRadius).epsilon(0.1));
+  }
   constexpr int32_t kPoints = 1000;
   for (int32_t i = 0; i < kPoints; ++i) line.add(0.2 * i + noise(random), noise(random));
   CircuitMap map;
@@ -324,8 +336,8 @@ TEST_CASE("circuit map: a line without noise keeps the headings of its chords") 
   };
   Line bends, corners, sparse;
   double x = 0, y = 0, heading = 0;
-  for (int32_t i = 0; i < 800; ++i, heading += 0.06 * std::sin(0.02 * i) * std::sin(0.02 * i))
-    bends.add(x += std::cos(heading), y += std::sin(heading));
+  for (int32_t i = 0; i < 3200; ++i, heading += 0.015 * std::sin(0.005 * i) * std::sin(0.005 * i))
+    bends.add(x += 0.25 * std::cos(heading), y += 0.25 * std::sin(heading));
   for (int32_t i = 0; i < 100; ++i) corners.add(i, 0);
   for (int32_t i = 0; i < 100; ++i) corners.add(100, i);
   for (int32_t i = 0; i < 100; ++i) corners.add(100 - i, 100);
