@@ -163,10 +163,11 @@ TEST_CASE("fit_road: the terms are the difference to the expected road; where it
   const auto risen = [](double x, double y) { return 0.04 + 0.01 * x - 0.02 * std::fmin(std::fmax(y, -5.0), 5.0); };
   const auto bent = [&](double x, double y) { return risen(x, y) + 1e-4 * x * x; };
   const RoadShape map = fit(kAhead, scan_of(kAhead, risen), expect(Source::kMap));
-  CHECK(map.term[0] == doctest::Approx(0.04).epsilon(0.1));
+  CHECK(map.term[0] == doctest::Approx(0.04).scale(0).epsilon(0.1));
   CHECK(std::fabs(map.term[1]) < 1e-3f);
   CHECK(std::fabs(map.term[2]) < 2e-3f);
-  CHECK(fit(kAhead, scan_of(kAhead, bent), expect(Source::kWay)).term[3] == doctest::Approx(1e-4).epsilon(0.1));
+  CHECK(fit(kAhead, scan_of(kAhead, bent), expect(Source::kWay)).term[3] ==
+        doctest::Approx(1e-4).scale(0).epsilon(0.1));
   CHECK(std::fabs(fit(kAhead, scan_of(kAhead, bent), expect(Source::kLearned)).term[3]) < 1e-5f);
   // Only where heights are known ground counts.
   RoadShape near = expect(Source::kLearned);

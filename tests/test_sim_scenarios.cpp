@@ -206,7 +206,7 @@ TEST_CASE("scenarios: crashed_at_wall: a car across and one at 54 deg almost tou
     CHECK(state.speed_mps == 0);
     const TrackPoint p = track.at(state.s_m);
     const double angle = std::fabs(wrap_angle(state.heading_rad - p.heading_rad));
-    CHECK(angle == doctest::Approx(wanted_deg[car] * kDegree).epsilon(0.01));
+    CHECK(angle == doctest::Approx(wanted_deg[car] * kDegree).scale(0).epsilon(0.01));
     const double half_m = 0.5 * (kCarLengthM * std::sin(angle) + kCarWidthM * std::cos(angle));
     CHECK(std::fabs(state.d_m - half_m + p.width_right_m + track.wall_behind_edge_m() - wanted_gap_m[car]) < 0.1);
   }
@@ -305,7 +305,7 @@ TEST_CASE("scenarios: mounting_errors, map_shifted and ego_heading_off have erro
         turn += 1 - cosine;  // their sum is the angle squared
     }
   }
-  CHECK(std::sqrt(place / count) == doctest::Approx(0.02).epsilon(0.2));
+  CHECK(std::sqrt(place / count) == doctest::Approx(0.02).scale(0).epsilon(0.2));
   CHECK(std::sqrt(turn / count) / kDegree == doctest::Approx(0.5).epsilon(0.2));
 
   Scenario shifted = load_scenario("map_shifted"), right = shifted;

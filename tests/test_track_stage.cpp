@@ -417,7 +417,7 @@ TEST_CASE("track stage: detections go to the map with the heading that the walls
   bench.learn(1 * kDegree, 0.8 * kDegree);
   CHECK(bench.y(0) == doctest::Approx(80 * std::sin(1 * kDegree)).epsilon(0.02));
   CHECK(bench.y(1) == doctest::Approx(80 * std::sin(0.8 * kDegree)).epsilon(0.02));
-  CHECK(bench.frame.ego_heading.offset_rad == doctest::Approx(0.9 * kDegree).epsilon(0.02));
+  CHECK(bench.frame.ego_heading.offset_rad == doctest::Approx(0.9 * kDegree).scale(0).epsilon(0.02));
   CHECK(bench.frame.ego_heading.sigma_rad < 0.2 * kDegree);
   CHECK(bench.frame.ego_heading.sigma_rad > 0.03 * kDegree);
   CHECK(bench.frame.ego_heading.wall_points == 70);
@@ -446,14 +446,14 @@ TEST_CASE("track stage: a row has the variance of the heading that its own senso
 TEST_CASE("track stage: psi_VAR turns with the corrected heading to the map; psi_REF of the map, to the vehicle") {
   HeadingBench bench;
   bench.learn(1 * kDegree, 1 * kDegree);
-  CHECK(bench.heading(0) == doctest::Approx(0.02 + 1 * kDegree).epsilon(0.01));
+  CHECK(bench.heading(0) == doctest::Approx(0.02 + 1 * kDegree).scale(0).epsilon(0.01));
   CHECK(bench.frame.detections.heading_rad[0] == 0.02f);
   bench.run(4000 * kMs, 1 * kDegree, 1 * kDegree, HeadingSource::kRef);
   CHECK(bench.heading(0) == doctest::Approx(0.02).epsilon(1e-6));
-  CHECK(double(bench.frame.detections.heading_rad[0]) == doctest::Approx(0.02 - 1 * kDegree).epsilon(1e-3));
+  CHECK(double(bench.frame.detections.heading_rad[0]) == doctest::Approx(0.02 - 1 * kDegree).scale(0).epsilon(1e-3));
   CHECK(bench.y(0) == doctest::Approx(80 * std::sin(1 * kDegree)).epsilon(0.02));
   bench.run(4050 * kMs, 1 * kDegree, 1 * kDegree, HeadingSource::kRef, false);  // then it is the ego's axis
-  CHECK(bench.heading(0) == doctest::Approx(0.02 + 1 * kDegree).epsilon(0.01));
+  CHECK(bench.heading(0) == doctest::Approx(0.02 + 1 * kDegree).scale(0).epsilon(0.01));
   CHECK(bench.frame.detections.heading_rad[0] == 0.02f);
 }
 
@@ -507,7 +507,7 @@ TEST_CASE("track stage: after a jump of the clock back, the learned heading stay
   bench.restart = true;
   bench.run(900 * kMs, 1 * kDegree, 1 * kDegree);
   bench.restart = false;
-  CHECK(bench.frame.ego_heading.offset_rad == doctest::Approx(1 * kDegree).epsilon(0.02));
+  CHECK(bench.frame.ego_heading.offset_rad == doctest::Approx(1 * kDegree).scale(0).epsilon(0.02));
   for (int k = 0; k < 60; ++k) bench.run((1000 + 50 * k) * kMs, 1.2 * kDegree, 1.2 * kDegree);
   CHECK(bench.frame.ego_heading.offset_rad > 1.05 * kDegree);
 }
