@@ -88,9 +88,9 @@ class CircuitMap {
 
   // Nearest place on the centre line. `hint` is a segment of an earlier answer, -1 none. A hint changes the cost, never
   // the result, which equals a search over all segments (ties: the lower segment). noexcept, no allocation.
-  // Heading and curvature are interpolated along s; where the points are noisy, both are smoothed over 3 to 12 m to
-  // either side. An empty map, or a point that is not finite or beyond
-  // kMaxMapCoordinate, gives: not inside, segment -1, d infinite, the rest 0.
+  // Heading and curvature are interpolated along s; in stretches of 50 m whose points are noisy, both are smoothed over
+  // 3 to 12 m to either side. An empty map, or a point that is not finite or beyond kMaxMapCoordinate, gives: not
+  // inside, segment -1, d infinite, the rest 0.
   MapProjection project(double x_m, double y_m, int32_t hint = -1) const noexcept;
   // Distance of a point outside of the circuit: 0 on the circuit, else the distance from its edge, or from the end of
   // an open line. Infinite where project finds no nearest place.
@@ -106,8 +106,6 @@ class CircuitMap {
   struct Nearest;
   int32_t segment_of(double s_m, int32_t hint) const noexcept;
   void compute_headings();
-  double measure_curvature_noise() const;
-  void smooth_headings(double reach_m);
   void compute_boxes();
 
   // One row per vertex. A closed line repeats its first vertex at the end, so segment i always runs from i to i + 1.

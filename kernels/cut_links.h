@@ -40,8 +40,9 @@ struct LabelExtent {
 //   writes   link_right link_down: clears bits of cut links
 //   returns  the number of cut links: if any, the labels are to be made anew
 //   length   of a label: the root of (far - near)^2 + width^2, width = mean of far and near * columns * sin_pitch,
-//            over the pixels that end a run (without a link to their left or right). A cluster across the first column
-//            of a sensor that wraps is measured behind the sensor, in an image that is turned by half
+//            over the pixels that end a run (without a link to their left or right). Where columns wrap, the columns
+//            are counted in an image that is turned by half, too, in which the first column has neighbours on both
+//            sides: the smaller number counts, and the ends of the image are ends of its runs
 //   scratch  extents[label_count + 1]      cost  each end of a run once; each pixel of a cluster of such a length
 //   agrees   exactly on every ISA
 namespace ref {

@@ -37,25 +37,24 @@ class LinkCutter {
         extents_(extents) {}
 
   void measure(ConstBitPlane nonground) const {
-    std::fill_n(extents_, label_count_ + 1, LabelExtent{INFINITY, 0.0f, labels_.cols, 0, labels_.cols, 0, 0, 0});
-    for (int32_t r = 0; r < labels_.rows; ++r) {
-      const uint64_t* right = right_.row(r);
-      for (int32_t w = 0; w < nonground.words_per_row; ++w)
-        for (uint64_t ends = nonground.row(r)[w] & ~(right[w] & linked_left(right, w)); ends != 0; ends &= ends - 1) {
-          const int32_t c = 64 * w + std::countr_zero(ends);
-          const int32_t label = labels_.row(r)[c];
-          if (label < 1 || label > label_count_) continue;
-          LabelExtent& extent = extents_[label];
-          const float range_m = range_m_.row(r)[c];
-          extent.near_m = std::min(extent.near_m, range_m);
-          extent.far_m = std::max(extent.far_m, range_m);
-          extent.first_col = std::min(extent.first_col, c);
-          extent.last_col = std::max(extent.last_col, c);
-          const int32_t turned = turned_column(wraps_, labels_.cols, c);
-          extent.first_turned = std::min(extent.first_turned, turned);
-          extent.last_turned = std::max(extent.last_turned, turned);
+    const int32_t cols = labels_.cols;
+    std::fill_n(extents_, label_count_ + 1, LabelExtent{INFINITY, 0.0f, cols, 0, cols, 0, 0, 0});
+    for (int32_t r = 0; r < labels_.rows; ++r)
+      for (int32_t first = 0, last; first < cols; first = last + 1) {
+        for (last = first; nonground.test(r, last) && right_.test(r, last) && last + 1 < cols;) ++last;
+        const int32_t label = labels_.row(r)[first];
+        if (!nonground.test(r, first) || label < 1 || label > label_count_) continue;
+        LabelExtent& extent = extents_[label];
+        const bool goes_on = right_.test(r, last);  // past the edge of the image
+        for (const int32_t c : {first, goes_on ? first : last}) {
+          extent.near_m = std::min(extent.near_m, range_m_.row(r)[c]);
+          extent.far_m = std::max(extent.far_m, range_m_.row(r)[c]);
         }
-    }
+        const TurnedColumns turned = turn_columns(wraps_, cols, first, last);
+        extent.first_col = std::min(extent.first_col, first), extent.last_col = std::max(extent.last_col, last);
+        extent.first_turned = std::min(extent.first_turned, turned.first);
+        extent.last_turned = std::max(extent.last_turned, turned.last);
+      }
   }
 
   TwoCars may_be_two_cars(int32_t label) const {

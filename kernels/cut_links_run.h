@@ -12,10 +12,16 @@ namespace overtake {
 
 enum class TwoCars { kNo, kLong, kAbreast, kInLine };
 
-// A column of an image that is turned by half, where columns wrap: neighbours across its edge lie side by side there.
-OVT_INLINE int32_t turned_column(bool wraps, int32_t cols, int32_t c) {
+// The columns of a run in an image that is turned by half, where columns wrap: columns across its edge lie side by side
+// there. A run across the edge of the turned image takes all of its columns.
+struct TurnedColumns {
+  int32_t first, last;
+};
+OVT_INLINE TurnedColumns turn_columns(bool wraps, int32_t cols, int32_t first, int32_t last) {
   const int32_t half = wraps ? cols / 2 : 0;
-  return c < half ? c + cols - half : c - half;
+  if (first < half && last >= half) return {0, cols - 1};
+  const int32_t turn = first < half ? cols - half : -half;
+  return {first + turn, last + turn};
 }
 
 // Whether a cluster may be two cars, and why: too long for one car and too short for a wall, as wide as two cars, or

@@ -15,6 +15,10 @@ namespace overtake::simd {
 template <class A>
 OVT_INLINE void measure_runs(bool wraps, Plane<const float> range_m, ConstBitPlane nonground, ConstBitPlane link_right,
                              LabelExtent* extents) {
+  const auto turn = [&](LabelExtent& run) OVT_INLINED {
+    const TurnedColumns turned = turn_columns(wraps, range_m.cols, run.first_col, run.last_col);
+    run.first_turned = turned.first, run.last_turned = turned.last;
+  };
   int32_t begun = 0;
   for (int32_t r = 0; r < range_m.rows; ++r) {
     const float* range = range_m.row(r);
@@ -24,21 +28,22 @@ OVT_INLINE void measure_runs(bool wraps, Plane<const float> range_m, ConstBitPla
       const uint64_t bits = nonground.row(r)[w], links = link_right.row(r)[w] & bits;
       for (uint64_t starts = bits & ~(links << 1 | carry); starts != 0; starts &= starts - 1) {
         const int32_t c = 64 * w + lowest_bit(starts);
-        const int32_t turned = turned_column(wraps, range_m.cols, c);
-        extents[begun++] = {range[c], range[c], c, c, turned, turned, r, c};
+        extents[begun++] = {range[c], range[c], c, c, 0, 0, r, c};
       }
-      // A run that goes on past the edge, where columns wrap, has no end here.
+      // A run that goes on past the edge, where columns wrap, has no end here, but its columns end.
       for (uint64_t ends = bits & ~links; ends != 0; ends &= ends - 1) {
         const int32_t c = 64 * w + lowest_bit(ends);
         LabelExtent& run = extents[ended++];
         run.near_m = min_of(run.near_m, range[c]);
         run.far_m = max_of(run.far_m, range[c]);
         run.last_col = c;
-        const int32_t turned = turned_column(wraps, range_m.cols, c);
-        run.first_turned = turned < run.first_turned ? turned : run.first_turned;
-        run.last_turned = turned > run.last_turned ? turned : run.last_turned;
+        turn(run);
       }
       carry = links >> 63;
+    }
+    if (ended < begun) {
+      extents[ended].last_col = range_m.cols - 1;
+      turn(extents[ended]);
     }
   }
 }

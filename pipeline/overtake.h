@@ -171,7 +171,8 @@ typedef struct ovt_params {
   double ego_heading_constant_sigma_rad; /* ego_heading.constant_sigma_deg */
   double ego_heading_mounting_sigma_rad; /* ego_heading.mounting_sigma_deg */
   double ego_heading_slip_sigma_rad; /* ego_heading.slip_sigma_deg per m/s^2 */
-  double gate_lowest_m, gate_top_m;  /* gate.lowest_m gate.top_m   heights of a cluster's points over the ground */
+  double gate_lowest_m, gate_top_m;  /* gate.lowest_m gate.top_m   heights of a cluster's points over the ground;
+                                        the first at most the second */
   double smoke_dark_share;           /* smoke.dark_share           of the ground's intensity; 0: nothing is smoke */
   double smoke_near_share;           /* smoke.near_share           of the neighbouring pixels */
   double smoke_reach_m;              /* smoke.reach_m              difference of their ranges */
@@ -179,7 +180,8 @@ typedef struct ovt_params {
   double running_ground_start_per_m, running_ground_start_limit_m;
   double cut_threshold_rad;          /* cut.threshold_deg          weak links of clusters that may be two cars */
   double cut_step_m;                 /* cut.step_m */
-  double cut_from, cut_to;           /* cut.from cut.to            in lengths of the vehicle */
+  double cut_from, cut_to;           /* cut.from cut.to            in lengths of the vehicle; the first at most the
+                                        second */
   double gate_wall_m;                /* gate.wall_m                without a map, from the line of a wall; 0: off */
   /* lane_tracker.q_along ...: the tracker */
   double lane_tracker_q_along, lane_tracker_q_across, lane_tracker_q_speed;
@@ -269,6 +271,8 @@ OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
  * banking_rad; values that are not finite; points beyond 1e8 m; equal neighbouring points (closer than 1e-6 m; the last
  * point of a closed line may repeat the first one); widths that are negative or beyond 4e8 m; banking beyond 1 rad; a
  * map that is nowhere 1 m wide; bounds that are swapped or run in opposite directions; a centre line and bounds.
+ * Places on the map are by these points. Its headings and curvatures, too; in stretches of 50 m whose points are noisy
+ * (a curvature that errs by more than 0.002 per m) they are smoothed over 3 to 12 m to either side.
  * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it,
  * and only of a centre line (beside bounds it is not read). Null, or 0 everywhere: unknown, and best takes the cross
  * slope from the attitude of the ego poses. */

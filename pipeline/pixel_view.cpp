@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 
 #include "core/math.h"
 #include "kernels/drop_smoke.h"
@@ -178,6 +179,10 @@ void PixelView::count_level(int32_t cluster, LevelRows& count) const noexcept {
   const int32_t* const pixels = part_.kept.points.pixel;
   const auto is_ground = [&](int32_t point) { return point >= 0 && part_.kept.points.label[point] == kLabelGround; };
   const int32_t begin = part_.clusters.point_begin[cluster], end = begin + part_.clusters.point_count[cluster];
+  const auto is_left_of = [&](int32_t a, int32_t b) {  // of two pixels of a row; by less than half a turn
+    const int32_t columns = b - a;
+    return sensor_.wraps && std::abs(columns) > image.cols / 2 ? columns < 0 : columns > 0;
+  };
   uint64_t rows = 0, level = 0;
   int32_t left[64], right[64];  // the points at the ends of a row
   for (int32_t k = begin; k < end; ++k) {
@@ -185,8 +190,8 @@ void PixelView::count_level(int32_t cluster, LevelRows& count) const noexcept {
     if (pixel < 0) continue;
     const int32_t row = pixel / image.stride, col = pixel % image.stride, place = row & 63;
     const uint64_t bit = uint64_t(1) << place;
-    if (!(rows & bit) || pixel < pixels[left[place]]) left[place] = point;
-    if (!(rows & bit) || pixel > pixels[right[place]]) right[place] = point;
+    if (!(rows & bit) || is_left_of(pixel, pixels[left[place]])) left[place] = point;
+    if (!(rows & bit) || is_left_of(pixels[right[place]], pixel)) right[place] = point;
     rows |= bit;
     if (level & bit) continue;
     for (int32_t side = -kBeside; side <= kBeside; ++side) {

@@ -296,8 +296,8 @@ TEST_CASE("body look: far rows that are one object each are a plane, unless one 
 TEST_CASE("body look: without a map, rows that go on beside the object as ground at the same range are ground") {
   // An object and, to its left, ground, and on its right at right_x_m, if not 0; the object at x_m, and high_m over the
   // running ground that the scan was judged by.
-  const auto kept = [](double x_m, double ground_x_m, Solid object, float high_m, bool with_map = false,
-                       double right_x_m = 0) {
+  const auto kept_by = [](bool across_first_column, double x_m, double ground_x_m, Solid object, float high_m,
+                          bool with_map, double right_x_m) {
     object.x_m = x_m;
     const double width_m = 2.0, aside_m = 0.5 * (object.width_m + width_m);
     const auto ground = [&](double at_m, double left_m) {
@@ -307,6 +307,7 @@ TEST_CASE("body look: without a map, rows that go on beside the object as ground
     if (right_x_m > 0) solids.push_back(ground(right_x_m, -aside_m));
     RulesBench bench(with_map);
     bench.look(solids);
+    if (across_first_column) bench.roll_columns(RulesBench::kCols / 2 + 1);
     const SegmentViews& views = bench.frame.sensors[0].kept;
     for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i) {
       int32_t& label = views.points.label[i];
@@ -315,6 +316,12 @@ TEST_CASE("body look: without a map, rows that go on beside the object as ground
     }
     gate(bench);
     return bench.frame.kept_count;
+  };
+  const auto kept = [&](double x_m, double ground_x_m, const Solid& object, float high_m, bool with_map = false,
+                        double right_x_m = 0) {
+    const int32_t count = kept_by(false, x_m, ground_x_m, object, high_m, with_map, right_x_m);
+    CHECK(kept_by(true, x_m, ground_x_m, object, high_m, with_map, right_x_m) == count);
+    return count;
   };
   const Solid row = {0, 0, 0, 0.5, 1.0, 0.29, 0.3}, flat = {0, 0, 0, 4.0, 1.5, 0.1, 0.5},
               upright = {0, 0, 0, 0.5, 1.5, 0.1, 0.5};

@@ -318,6 +318,73 @@ TEST_CASE("circuit map: points so noisy that the line turns back have the direct
   CHECK(error.curvature_per_m < 0.02);
 }
 
+TEST_CASE("circuit map: noise of a part of the line is smoothed there, and only there") {
+  // A straight with a bend of 15 m radius, and 10 % of the points noisy.
+  Line exact, line;
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  const auto add = [&](double x, double y, bool is_noisy) {
+    exact.add(x, y);
+    line.add(x + (is_noisy ? noise(random) : 0.0), y + (is_noisy ? noise(random) : 0.0));
+  };
+  constexpr int32_t kStraight = 2000, kBend = 94;
+  for (int32_t i = 0; i < kStraight; ++i) add(0.5 * i, 0, i >= 600 && i < 800);
+  for (int32_t i = 0; i < kBend; ++i) add(1000 + 15 * std::sin(0.5 * i / 15), 15 - 15 * std::cos(0.5 * i / 15), false);
+  for (int32_t i = 0; i < 200; ++i) add(1000 - 0.5 * i, 30, false);
+  CircuitMap map, without;
+  REQUIRE(line.build(map, false));
+  REQUIRE(exact.build(without, false));
+  double worst_heading = 0, worst_curvature = 0;
+  for (double x = 310; x < 390; x += 0.5) {
+    const MapProjection at = map.project(x, 0);
+    worst_heading = std::max(worst_heading, std::fabs(at.heading_rad));
+    worst_curvature = std::max(worst_curvature, std::fabs(at.curvature_per_m));
+  }
+  CHECK(worst_heading < 0.01);
+  CHECK(worst_curvature < 0.003);
+  for (double s = 500; s < without.length_m(); s += 0.25) {
+    const MapPose a = map.at(map.length_m() - without.length_m() + s), b = without.at(s);
+    REQUIRE(std::fabs(wrap_angle(a.heading_rad - b.heading_rad)) < 1e-6);
+    REQUIRE(std::fabs(a.curvature_per_m - b.curvature_per_m) < 1e-6);
+  }
+}
+
+TEST_CASE("circuit map: where a vehicle stood, a line that it recorded has no heading of its own") {
+  Line line;
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  for (int32_t i = 0; i < 800; ++i) {
+    const int32_t times = i == 300 ? 400 : 1;
+    for (int32_t k = 0; k < times; ++k) line.add(0.5 * i + noise(random), noise(random));
+  }
+  CircuitMap map;
+  REQUIRE(line.build(map, false));
+  for (double x = 5; x < 395; x += 0.5) {
+    const MapProjection at = map.project(x, 0);
+    CAPTURE(x);
+    REQUIRE(std::fabs(at.heading_rad) < 0.02);
+    REQUIRE(std::fabs(at.curvature_per_m) < 0.005);
+  }
+}
+
+TEST_CASE("circuit map: the ends of a noisy open line go on as the line does") {
+  double worst_heading = 0, worst_curvature = 0;
+  for (uint32_t seed = 1; seed <= 20; ++seed) {
+    Line line;
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0.0, 0.01);
+    for (int32_t i = 0; i < 400; ++i) line.add(0.5 * i + noise(random), noise(random));
+    CircuitMap map;
+    REQUIRE(line.build(map, false));
+    for (const double s : {0.0, 1.0, map.length_m() - 1, map.length_m()}) {
+      worst_heading = std::max(worst_heading, std::fabs(map.at(s).heading_rad));
+      worst_curvature = std::max(worst_curvature, std::fabs(map.at(s).curvature_per_m));
+    }
+  }
+  CHECK(worst_heading < 0.008);
+  CHECK(worst_curvature < 0.0015);
+}
+
 TEST_CASE("circuit map: a line without noise keeps the headings of its chords") {
   const auto check = [](const Line& line) {
     CircuitMap map;

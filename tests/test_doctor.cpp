@@ -197,7 +197,8 @@ TEST_CASE("doctor: names the number of columns that the steps between the points
           x.push_back(float(range_m * std::cos(a * kDegree))), y.push_back(float(range_m * std::sin(a * kDegree)));
           z.push_back(-0.5f), layer.push_back(line);
         }
-    for (int32_t k = 0; k < 2; ++k) doctor.add_scan(scan_of(0, k * 50'000'000, x, y, z, layer));
+    for (int32_t k = 0; k < 4; ++k) doctor.add_scan(scan_of(0, k * 50'000'000, {}, {}, {}, {}));  // at first, nothing
+    for (int32_t k = 4; k < 6; ++k) doctor.add_scan(scan_of(0, k * 50'000'000, x, y, z, layer));
     std::string out;
     for (const Finding& finding : doctor.findings())
       if (finding.advice.find("set cols") != std::string::npos) {
@@ -211,6 +212,8 @@ TEST_CASE("doctor: names the number of columns that the steps between the points
   CHECK(advice(av21, 0.2) == "");  // some points are missing
   CHECK(advice(av21, 0.28) == "set cols = 429 in the rig file");
   CHECK(advice(av21, 0.07) == "set cols = 1714 in the rig file");
+  CHECK(advice(av21, 0.011, 1) == "set cols = 10909 in the rig file");
+  CHECK(advice(hdl32, 0.02) == "set cols = 16384 in the rig file");  // a rig has no more
   CHECK(advice(hdl32, 0.332, 2) == "");
   CHECK(advice(hdl32, 1.0) == "set cols = 360 in the rig file");
   CHECK(advice(av21, 4.0) == "");  // too few points

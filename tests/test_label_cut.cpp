@@ -229,6 +229,22 @@ TEST_CASE("cut_links: a cluster across the first column of a sensor that wraps i
       }
 }
 
+TEST_CASE("cut_links: a wall around a sensor that wraps is long, wherever it is open") {
+  constexpr int32_t kCols = 130;
+  for (int32_t open = 0; open < kCols; ++open)
+    for (const int32_t gap : {8, 20}) {
+      OwnedPlane<float> range(1, kCols);
+      for (int32_t k = 0; k < kCols; ++k)  // a step of 6 m in it is a weak link
+        range.at(0, (open + k) % kCols) = k < gap ? 0.0f : k < kCols / 3 ? 30.0f : 36.0f;
+      CAPTURE(open);
+      CHECK(Cut(usual(), range, true).count == 0);
+      // As long as two cars.
+      for (int32_t k = 0; k < kCols; ++k)
+        if (k < kCols / 3 - 8 || k >= kCols / 3 + 8) range.at(0, (open + k) % kCols) = 0.0f;
+      CHECK(Cut(usual(), range, true).count == 1);
+    }
+}
+
 // Rows of cars and walls: runs of all lengths, at a few ranges, that end at the edges of words and of the image.
 TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") {
   const KernelTable* tables[16] = {};

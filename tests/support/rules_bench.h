@@ -7,6 +7,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -114,6 +115,19 @@ class RulesBench {
     context.sensors[0].T_vehicle_sensor = make_transform(0, 0, kSensorHeight_m, 0, 0, kPi);
     context.sensors[0].mounting_yaw_rad = float(kPi);
     view_yaw_rad_ = kPi;
+  }
+
+  // The columns of what sensor 0 sees are those of a sensor with a full turn from now on, `by` columns farther right.
+  void roll_columns(int32_t by) {
+    context.sensors[0].wraps = true;
+    SegmentViews& views = frame.sensors[0].kept;
+    const Plane<int32_t>& image = views.images.pixel_point;
+    for (int32_t r = 0; r < image.rows; ++r) {
+      int32_t* const row = image.row(r);
+      std::rotate(row, row + (image.cols - by % image.cols), row + image.cols);
+      for (int32_t c = 0; c < image.cols; ++c)
+        if (row[c] >= 0) views.points.pixel[row[c]] = r * image.stride + c;
+    }
   }
 
   // A cluster of a sensor, from points of the vehicle frame. The rules that read pixels see none of them.

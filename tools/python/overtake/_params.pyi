@@ -184,7 +184,7 @@ class gate_group:
     (number, -100 to 100 m)"""
     lowest_m: float
     """a cluster whose lowest point is higher over the ground (from 70 m on, up to twice as high) is not a vehicle
-    (beams, wires, tops of walls) (number, 0 to 100 m)"""
+    (beams, wires, tops of walls); at most gate.top_m (number, 0 to 100 m)"""
     top_m: float
     """a cluster whose highest point is higher over the ground is not a vehicle, but for a tenth of its points where
     the ground errs (number, 0.1 to 100 m)"""
