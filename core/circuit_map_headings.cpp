@@ -144,9 +144,9 @@ double choose_reach(double error_m, double step_m, double most_m) {
   return reach_m;
 }
 
-// The reach of each point's window, 0 without one: by the second differences of the curvature, which are small in a bend
-// of any radius. Their upper quartile, so that the corners of a line without noise are not taken for noise. Each point
-// is in two stretches, and has the longer reach.
+// The reach of each point's window, 0 without one: by the second differences of the curvature, which are small in a
+// bend of any radius. Their upper quartile, so that the corners of a line without noise are not taken for noise. Each
+// point is in two stretches, and has the longer reach.
 std::vector<double> choose_reaches(const Line& line) {
   const int32_t n = line.segment_count();
   const double length_m = line.s.back();
