@@ -109,12 +109,19 @@ TEST_CASE("cut_steps: every ISA cuts what the reference cuts, on rows of random 
     for (float& per_m : bound_per_m) per_m = uniform(0, 1) < 0.3f ? 0.0f : 1.0f / uniform(10, 100);
     std::vector<float> last_bound_per_m = bound_per_m;
     for (float& per_m : last_bound_per_m) per_m = uniform(0, 1) < 0.5f ? per_m : 1.0f / uniform(10, 100);
+    const auto link_all = [](OwnedBits& bits) {  // no pixel beyond the last column has a link
+      bits.clear();
+      for (int32_t r = 0; r < kRows; ++r)
+        for (int32_t c = 0; c < kCols; ++c) bits.view().set(r, c);
+    };
     OwnedBits expected(kRows, kCols);
+    link_all(expected);
     ref::cut_steps(filled, repaired, bound_per_m.data(), last_bound_per_m.data(), expected);
     for (const char* isa : {"sse2", "avx2", "avx512", "neon64"}) {
       const KernelTable* kernels = find_kernels(isa);
       if (!kernels) continue;
       OwnedBits found(kRows, kCols);
+      link_all(found);
       kernels->cut_steps(filled, repaired, bound_per_m.data(), last_bound_per_m.data(), found);
       for (int32_t r = 0; r < kRows; ++r)
         for (int32_t c = 0; c < kCols; ++c) {
