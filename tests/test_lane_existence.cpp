@@ -526,10 +526,12 @@ TEST_CASE("lane existence: the score of a new track is limited as that of an old
   CHECK(bench.state().score == -8);
 }
 
+constexpr int32_t kNeverBack = 1000;  // frames
+
 TEST_CASE("lane existence: after a far jump of the ego pose no track stays where nothing was seen since") {
   const test::CircleRoad ring = test::make_ring(1e6);
   // Seconds for which a track that is no car's stays confirmed after the jump. The car is seen 30 m ahead all the time.
-  const auto ghost_s = [&](double jump_m, int32_t back_after = 1000, int32_t parts = 1, int32_t gap = 0) {
+  const auto ghost_s = [&](double jump_m, int32_t back_after = kNeverBack, int32_t parts = 1, int32_t gap = 0) {
     LaneBench bench(&ring.map);
     int32_t last = 39;
     for (int32_t k = 0; k < 140; ++k) {
@@ -546,9 +548,9 @@ TEST_CASE("lane existence: after a far jump of the ego pose no track stays where
     CAPTURE(jump_m);
     CHECK(ghost_s(jump_m) <= 0.4);
     CHECK(ghost_s(jump_m, 1) <= 0.4);
-    CHECK(ghost_s(jump_m, INT32_MAX, 2) <= 0.4);  // in parts: the poses between two pushed ones
-    CHECK(ghost_s(jump_m, INT32_MAX, 4) <= 0.45);
-    CHECK(ghost_s(jump_m, INT32_MAX, 1, 10) <= 0.4);  // after a gap of 0.5 s
+    CHECK(ghost_s(jump_m, kNeverBack, 2) <= 0.4);  // in parts: the poses between two pushed ones
+    CHECK(ghost_s(jump_m, kNeverBack, 4) <= 0.45);
+    CHECK(ghost_s(jump_m, kNeverBack, 1, 10) <= 0.4);  // after a gap of 0.5 s
   }
 }
 
