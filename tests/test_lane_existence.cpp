@@ -530,8 +530,8 @@ constexpr int32_t kNeverBack = 1000;  // frames
 
 TEST_CASE("lane existence: after a far jump of the ego pose no track stays where nothing was seen since") {
   const test::CircleRoad ring = test::make_ring(1e6);
-  // Seconds for which a track that is no car's stays confirmed after the poses tell the whole jump. The car is seen 30 m
-  // ahead all the time.
+  // Seconds for which a track that is no car's stays confirmed after the poses tell the whole jump. The car is seen
+  // 30 m ahead all the time.
   const auto ghost_s = [&](double jump_m, int32_t back_after = kNeverBack, int32_t parts = 1, int32_t gap = 0) {
     LaneBench bench(&ring.map);
     int32_t last = 39;
