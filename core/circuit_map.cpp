@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/math.h"
+#include "core/mix.h"
 
 namespace overtake {
 
@@ -17,9 +18,6 @@ constexpr int32_t kHintSteps = 8;
 constexpr double kCoincident_m = 1e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNarrow_m = 1.0;  // a map that is nowhere wider has one bound twice, or no widths
-
-double mix(double a, double b, double t) { return a + t * (b - a); }
-double mix_angle(double a, double b, double t) { return wrap_angle(a + t * wrap_angle(b - a)); }
 
 // `i`: the wrong point, -1 none.
 const char* find_fault(const double* x, const double* y, const double* left, const double* right, const double* banking,

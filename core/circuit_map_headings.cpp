@@ -10,6 +10,7 @@
 
 #include "core/circuit_map.h"
 #include "core/math.h"
+#include "core/mix.h"
 
 namespace overtake {
 
@@ -28,9 +29,6 @@ constexpr double kNoiseOfPoints = 0.61, kNoiseOfWindow = 6.0;
 // Of a normal distribution with a standard deviation of 1: the upper quartile of the absolute values. And how much
 // larger the second differences of the curvature are than the curvature's noise.
 constexpr double kUpperQuartile = 1.1503, kOfDifferences = 1.08;
-
-double mix(double a, double b, double t) { return a + t * (b - a); }
-double mix_angle(double a, double b, double t) { return wrap_angle(a + t * wrap_angle(b - a)); }
 
 // The value that a share of them does not exceed.
 double quantile_of(std::vector<double>& values, double share) {
@@ -209,6 +207,30 @@ void smooth(Line& line, const std::vector<double>& reaches) {
   }
 }
 
+// The points of a line that are kNearest_m apart, the first and the last one among them.
+std::vector<std::size_t> list_apart(const Line& line) {
+  const auto are_apart = [&](std::size_t a, std::size_t b) {
+    return hypot_f64(line.x[a] - line.x[b], line.y[a] - line.y[b]) >= kNearest_m;
+  };
+  const std::size_t end = line.x.size() - 1;
+  std::vector<std::size_t> kept = {0};
+  for (std::size_t i = 1; i < end; ++i)
+    if (are_apart(i, kept.back()) && are_apart(i, end)) kept.push_back(i);
+  kept.push_back(end);
+  return kept;
+}
+
+Line keep_points(const Line& line, const std::vector<std::size_t>& kept) {
+  Line thin;
+  thin.closed = line.closed;
+  for (const std::size_t i : kept) {
+    const double x = line.x[i], y = line.y[i];
+    thin.s.push_back(thin.s.empty() ? 0.0 : thin.s.back() + hypot_f64(x - thin.x.back(), y - thin.y.back()));
+    thin.x.push_back(x), thin.y.push_back(y);
+  }
+  return thin;
+}
+
 }  // namespace
 
 void CircuitMap::compute_headings() {
@@ -217,19 +239,9 @@ void CircuitMap::compute_headings() {
   line.follow_chords();
   heading_ = line.heading, curvature_ = line.curvature;
 
-  const auto distance_m = [&](std::size_t a, std::size_t b) { return hypot_f64(x_[a] - x_[b], y_[a] - y_[b]); };
-  const std::size_t end = x_.size() - 1;
-  std::vector<std::size_t> kept = {0};
-  for (std::size_t i = 1; i < end; ++i)
-    if (distance_m(i, kept.back()) >= kNearest_m && distance_m(i, end) >= kNearest_m) kept.push_back(i);
-  kept.push_back(end);
+  const std::vector<std::size_t> kept = list_apart(line);
   if (int32_t(kept.size()) <= kLeastPoints) return;
-  Line thin;
-  thin.closed = closed_;
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    thin.x.push_back(x_[kept[k]]), thin.y.push_back(y_[kept[k]]);
-    thin.s.push_back(k == 0 ? 0.0 : thin.s.back() + distance_m(kept[k - 1], kept[k]));
-  }
+  Line thin = keep_points(line, kept);
   thin.follow_chords();
   const std::vector<double> reaches = choose_reaches(thin);
   if (std::none_of(reaches.begin(), reaches.end(), [](double reach_m) { return reach_m > 0.0; })) return;
